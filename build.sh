@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# Builds Coppice on Debian 12 and shows, tests or measures it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+packages=(
+  cmake ninja-build g++ ccache python3
+  libglm-dev libhwy-dev
+  libembree-dev libtbb-dev
+  libopenexr-dev libstb-dev
+  libtinygltf-dev nlohmann-json3-dev
+  libvulkan-dev glslc mesa-vulkan-drivers libspirv-cross-c-shared-dev
+  libnanoflann-dev libcli11-dev
+  doctest-dev librapidcheck-dev libbenchmark-dev
+)
+
+usage() {
+  cat <<'END'
+usage: ./build.sh demo|test|bench
+
+  demo   builds the programs and renders with them
+  test   builds and runs the tests, then once more with address and undefined-behaviour sanitizers
+  bench  builds and runs the benchmarks
+
+Each first installs the Debian packages that are missing. Builds go to build/.
+END
+}
+
+missing_packages() {
+  local package
+  for package in "${packages[@]}"; do
+    if [[ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" != installed ]]; then
+      echo "$package"
+    fi
+  done
+}
+
+as_root() {
+  if ((EUID == 0)); then "$@"; else sudo "$@"; fi
+}
+
+install_packages() {
+  if ! command -v apt-get >/dev/null; then
+    echo "build.sh: no apt here; needed are what Debian calls ${packages[*]}" >&2
+    return
+  fi
+  local -a missing
+  mapfile -t missing < <(missing_packages)
+  if ((${#missing[@]} == 0)); then return; fi
+  echo "build.sh: installing ${missing[*]}" >&2
+  as_root apt-get update
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends "${missing[@]}"
+}
+
+prepare() {
+  install_packages
+  local jobs
+  jobs="$(nproc)"
+  export CMAKE_BUILD_PARALLEL_LEVEL="$jobs" CTEST_PARALLEL_LEVEL="$jobs"
+  if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
+}
+
+build() {
+  cmake --preset "$1"
+  cmake --build --preset "$1"
+}
+
+demo() {
+  build release
+  scripts/demo.sh "$@"
+}
+
+run_tests() {
+  build release
+  ctest --preset release
+  build asan-ubsan
+  ctest --preset asan-ubsan
+}
+
+bench() {
+  build release
+  scripts/bench.sh "$@"
+}
+
+case "${1:-}" in
+  demo)
+    prepare
+    demo "${@:2}"
+    ;;
+  test)
+    prepare
+    run_tests
+    ;;
+  bench)
+    prepare
+    bench "${@:2}"
+    ;;
+  -h | --help) usage ;;
+  *)
+    usage >&2
+    exit 2
+    ;;
+esac

@@ -1,0 +1,119 @@
+#include <support/program.hpp>
+
+#include <coppice/core/error.hpp>
+#include <coppice/exr/read.hpp>
+#include <coppice/gltf/load.hpp>
+#include <cstdio>
+#include <iostream>
+
+namespace coppice::program {
+
+namespace {
+
+/// "1280x720" as width and height.
+void parse_size(const std::string& text, Raster& raster) {
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &raster.width, &raster.height, &end) != 2 ||
+      std::size_t(end) != text.size() || raster.width < 1 || raster.height < 1 || raster.width > 16384 ||
+      raster.height > 16384)
+    throw CLI::ValidationError("--size", "'" + text + "' is not WIDTHxHEIGHT, each 1 to 16384");
+}
+
+/// Sees the whole scene from +Z, a little from above, for files without a camera.
+Camera camera_around(const Mesh& mesh) {
+  Camera camera;
+  if (mesh.positions.empty()) return camera;
+  vec3 low = mesh.positions[0], high = low;
+  for (const vec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
+  const float radius = std::max(0.5f * length(high - low), 1e-6f);
+  camera.forward = normalize(vec3(0, -0.35f, -1));
+  camera.up = normalize(vec3(0, 1, -0.35f));
+  camera.position = 0.5f * (low + high) - camera.forward * (radius / std::sin(camera.vertical_fov / 2));
+  return camera;
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& app, CommonOptions& o) {
+  app.add_option("--scene", o.scene, "glTF 2.0 file (.glb or .gltf); its first camera is used")->required();
+  app.add_option("--env", o.environment, "environment map, equirectangular (.hdr or .exr)")->required();
+  app.add_option("--rotate-env", o.rotate_environment, "degrees by which the environment is turned about +Y");
+  app.add_option_function<std::string>("--size", [&o](const std::string& s) { parse_size(s, o.raster); },
+                                       "WIDTHxHEIGHT of the image (1280x720)");
+  app.add_option("--samples", o.raster.samples, "camera rays a pixel; 1 goes through its centre")
+      ->check(CLI::Range(1, 1024))->capture_default_str();
+  app.add_option("--report", o.report, "JSON file with settings, counts, times and errors");
+  app.add_option("--threads", o.threads, "threads; 0 for all")->check(CLI::Range(0, 1024))->capture_default_str();
+  app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")->capture_default_str();
+  app.add_option("--compare", o.compare, "EXR file against which errors are reported");
+  app.add_option("--compare-block", o.compare_block, "compare means over N x N pixels")
+      ->check(CLI::Range(1, 1024))->capture_default_str();
+  app.add_flag("--lambert", o.lambert, "read every material as pure Lambert of its base colour");
+}
+
+void add_cut_options(CLI::App& app, CutOptions& o) {
+  app.add_option("--max-cut-size", o.max_cut_size, "pieces of a visibility cut at most")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{65536}))->capture_default_str();
+  app.add_option("--receiver-tolerance", o.receiver_tolerance,
+                 "split edges whose middle errs by more than this share of the lights")
+      ->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  app.add_option("--max-receivers", o.max_receivers, "receivers at most after splitting")->capture_default_str();
+  app.add_option("--receivers", o.receivers, "receivers on what the camera sees, or everywhere (seen)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, ReceiverScope>{{"seen", ReceiverScope::seen}, {"all", ReceiverScope::all}}));
+  app.add_option("--light-count", o.lights, "lights over the sphere")
+      ->check(CLI::Range(1u, 1u << 20))->capture_default_str();
+}
+
+int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
+  try {
+    app.parse(argc, argv);
+    body();
+    return 0;
+  } catch (const CLI::Success& e) {
+    return app.exit(e);  // --help
+  } catch (const CLI::ParseError& e) {
+    std::cerr << app.get_name() << ": " << e.what() << "; --help lists the options\n";
+  } catch (const InputError& e) {
+    std::cerr << app.get_name() << ": " << e.what() << "\n";
+  } catch (const std::bad_alloc&) {
+    std::cerr << app.get_name() << ": out of memory; lower --max-receivers, --size or --samples\n";
+  }
+  return 2;
+}
+
+Inputs load_inputs(const CommonOptions& options) {
+  Inputs in{load_gltf(options.scene), {}, read_environment(options.environment)};
+  for (const auto& warning : in.scene.warnings) std::cerr << "warning: " << warning << "\n";
+  if (!in.scene.camera) std::cerr << "warning: " << options.scene.string() << ": no camera; looking at the whole scene from +Z\n";
+  in.camera = in.scene.camera.value_or(camera_around(in.scene.mesh));
+  return in;
+}
+
+CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut,
+                                        const std::vector<double>& sigmas) {
+  CutRelightingOptions o;
+  o.raster = common.raster;
+  o.shading = common.lambert ? Shading::lambert : Shading::metallic_roughness;
+  o.light_count = cut.lights;
+  o.seed = common.seed;
+  o.cuts.clear();
+  for (const double sigma : sigmas) o.cuts.push_back({sigma, cut.max_cut_size});
+  o.refine = {cut.receiver_tolerance, cut.max_receivers};
+  o.scope = cut.receivers;
+  return o;
+}
+
+Progress visibility_progress() {
+  return [watch = Stopwatch(), last = -1.0](std::size_t done, std::size_t total) mutable {
+    if (last < 0) watch = Stopwatch(), last = 0;
+    const double seconds = watch.seconds();
+    const bool finished = done == total;
+    if (!finished && seconds - last < 0.5) return;
+    last = seconds;
+    const double left = seconds / double(done) * double(total - done);
+    std::fprintf(stderr, "visibility %zu/%zu receivers, %.0f s left  %s", done, total, left, finished ? "\n" : "\r");
+  };
+}
+
+}  // namespace coppice::program

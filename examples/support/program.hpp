@@ -1,0 +1,57 @@
+// What all programs share: command line, input files, exit codes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <coppice/light/environment.hpp>
+#include <coppice/relight/cut_relighting.hpp>
+#include <coppice/scene/scene.hpp>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace coppice::program {
+
+/// The options of DESIGN section 6 that every program reads.
+struct CommonOptions {
+  std::filesystem::path scene, environment, out, report, compare;
+  Raster raster;
+  float rotate_environment = 0;  ///< degrees
+  std::string backend = "cpu";
+  int threads = 0;
+  std::uint64_t seed = 0;
+  int compare_block = 1;
+  bool lambert = false;
+};
+
+/// The options of the precomputation by cuts.
+struct CutOptions {
+  std::size_t max_cut_size = VisibilityCutOptions{}.max_size;
+  double receiver_tolerance = RefineOptions{}.tolerance;
+  std::size_t max_receivers = RefineOptions{}.max_receivers;
+  ReceiverScope receivers = ReceiverScope::seen;
+  std::uint32_t lights = CutRelightingOptions{}.light_count;
+};
+
+void add_common_options(CLI::App& app, CommonOptions& options);
+void add_cut_options(CLI::App& app, CutOptions& options);
+
+/// Parses, then runs the body. Bad input, on the command line or from files, is one line on stderr and exit code 2.
+int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
+
+/// Scene and environment of the command line; their warnings go to stderr.
+struct Inputs {
+  Scene scene;
+  Camera camera;
+  Environment environment;
+};
+Inputs load_inputs(const CommonOptions& options);
+
+/// Settings of the library from those of the command line, with one set of cuts a σ.
+CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut,
+                                        const std::vector<double>& sigmas);
+
+/// A line on stderr that tells how far the visibility is and how long it will take.
+Progress visibility_progress();
+
+}  // namespace coppice::program

@@ -1,0 +1,61 @@
+#include <support/shader.hpp>
+
+#include <coppice/core/error.hpp>
+#ifdef COPPICE_HAS_VULKAN
+#include <coppice/vulkan/cut_shader.hpp>
+#endif
+
+namespace coppice::program {
+
+namespace {
+
+class CpuShader : public Shader {
+ public:
+  explicit CpuShader(const CutRelighting<>& relighting) : relighting_(relighting) {}
+  std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads, std::span<std::uint32_t> clusters) override {
+    return relighting_.shade(lighting, threads, 0, clusters);
+  }
+
+ private:
+  const CutRelighting<>& relighting_;
+};
+
+#ifdef COPPICE_HAS_VULKAN
+class VulkanShader : public Shader {
+ public:
+  explicit VulkanShader(const CutRelighting<>& relighting) : shader_(device_, input(relighting)) {}
+  std::vector<vec3> shade(const FrameLighting& lighting, const Threads&, std::span<std::uint32_t>) override {
+    return shader_.shade(lighting.nodes, lighting.mask).radiance;
+  }
+
+ private:
+  static CutShadeInput input(const CutRelighting<>& relighting) {
+    const auto& cuts = relighting.cuts();
+    CutShadeInput input;
+    input.leaf_count = cuts.leaf_count();
+    input.granule_log2 = cuts.granule_log2();
+    input.visibility_masks = cuts.masks();
+    input.first_value = cuts.first_value();
+    input.values = cuts.values();
+    input.faces = relighting.buffer().faces;
+    input.points = relighting.buffer().points;
+    return input;
+  }
+
+  VulkanDevice device_;
+  CutShader shader_;
+};
+#endif
+
+}  // namespace
+
+std::unique_ptr<Shader> make_shader(const std::string& backend, const CutRelighting<>& relighting) {
+  if (backend == "cpu") return std::make_unique<CpuShader>(relighting);
+#ifdef COPPICE_HAS_VULKAN
+  return std::make_unique<VulkanShader>(relighting);
+#else
+  throw InputError("--backend " + backend, "is not part of this build", "build with -DCOPPICE_VULKAN=ON");
+#endif
+}
+
+}  // namespace coppice::program

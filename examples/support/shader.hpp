@@ -1,0 +1,23 @@
+// The backend that shades points: this processor or a Vulkan device.
+#pragma once
+
+#include <coppice/embree/threads.hpp>
+#include <coppice/relight/cut_relighting.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace coppice::program {
+
+class Shader {
+ public:
+  virtual ~Shader() = default;
+  /// Radiance by point; `clusters` receives each point's number of clusters where the backend knows it.
+  virtual std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads, std::span<std::uint32_t> clusters) = 0;
+};
+
+/// "cpu" or "vulkan". Throws InputError where that cannot be had.
+std::unique_ptr<Shader> make_shader(const std::string& backend, const CutRelighting<>& relighting);
+
+}  // namespace coppice::program

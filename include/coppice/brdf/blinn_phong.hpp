@@ -1,0 +1,34 @@
+// Blinn's lobe about the half vector, normalised.
+#pragma once
+
+#include <coppice/brdf/brdf.hpp>
+
+namespace coppice {
+
+/// brdf_blinn_phong of shared/brdf.h; the exponent is clamped to [1, BRDF_MAX_EXPONENT].
+struct BlinnPhong : SeenSurface {
+  static constexpr int terms = 2;
+  float exponent;
+
+  BlinnPhong(const SeenSurface& surface, float power)
+      : SeenSurface(surface), exponent(valid_exponent(power)) {}
+  explicit BlinnPhong(const ShadingPoint& point) : BlinnPhong(seen_surface(point), point.alpha_x) {}
+
+  template <class REAL>
+  BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const {
+    return brdf_blinn_phong(x, y, z, viewer, exponent);
+  }
+  vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
+};
+static_assert(Brdf<BlinnPhong>);
+
+/// Fills the BRDF of the point: colours are linear RGB; where diffuse + specular <= 1 no energy is made.
+inline void set_blinn_phong(ShadingPoint& point, const vec3& diffuse, const vec3& specular, float exponent) {
+  point.brdf = BRDF_BLINN_PHONG;
+  point.alpha_x = point.alpha_y = valid_exponent(exponent);
+  point.diffuse = diffuse;
+  point.specular = specular;
+  point.fresnel = vec3(0);
+}
+
+}  // namespace coppice

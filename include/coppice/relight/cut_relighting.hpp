@@ -1,0 +1,163 @@
+// The system of the Cuts paper for environment lighting: precomputed visibility cuts, dynamic BRDFs, any environment.
+#pragma once
+
+#include <coppice/core/stopwatch.hpp>
+#include <coppice/light/directions.hpp>
+#include <coppice/relight/brute_force.hpp>
+#include <coppice/relight/deferred.hpp>
+#include <coppice/relight/refine.hpp>
+#include <coppice/tree/build.hpp>
+#include <memory>
+
+namespace coppice {
+
+/// Which sides of triangles have receivers.
+enum class ReceiverScope { seen, all };  ///< seen: those the camera sees; all: every front, and backs where double-sided
+
+struct CutRelightingOptions {
+  Raster raster;
+  Shading shading = Shading::metallic_roughness;
+  std::uint32_t light_count = 32768;             ///< directions over the sphere; a power of two wastes no leaves
+  std::uint64_t seed = 0;                        ///< turns the lattice of directions at random; 0 leaves it
+  std::vector<VisibilityCutOptions> cuts{{}};    ///< one set of visibility cuts for each, from the same rays
+  RefineOptions refine;
+  ReceiverScope scope = ReceiverScope::seen;
+  float shortest_edge = 2;    ///< pixels; the tolerance never splits shorter edges
+  float longest_edge = 32;    ///< pixels; longer edges are always split, so that no shadow hides between receivers
+  std::uint32_t pilot_stride = 16;  ///< every how manieth light judges where to split
+  bool keep_bits = false;     ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
+};
+
+/// How long the preparation took, in seconds, and what it made.
+struct PreparationReport {
+  double tree = 0, camera = 0, refinement = 0, visibility = 0;
+  std::size_t receivers = 0, unrefined_receivers = 0, rays = 0;
+};
+
+/// Fixed scene and camera, any environment. Construction traces visibility; light() and shade() are a frame.
+/// The scene must outlive it. Results do not depend on the executor.
+template <Quantised Value = std::uint8_t>
+class CutRelighting {
+ public:
+  template <class Tracer, Executor E>
+    requires Occluder<Tracer> && RayTracer<Tracer>
+  CutRelighting(const Scene& scene, const Tracer& tracer, const Camera& camera, const CutRelightingOptions& options,
+                const E& executor, const Progress& progress = {})
+      : options_(options), directions_(even_directions(options.light_count, options.seed)) {
+    Stopwatch watch;
+    build_light_tree();
+    report_.tree = watch.lap();
+    const auto hits = trace_camera(tracer, camera, options_.raster, executor);
+    direct_ = direct_image(scene, options_.raster, hits);
+    report_.camera = watch.lap();
+    ReceiverMesh mesh(scene.mesh, receiver_sides(scene, hits));
+    report_.unrefined_receivers = mesh.corners().size();
+    refine(mesh, tracer, camera, executor);
+    report_.refinement = watch.lap();
+    receivers_ = corner_receivers(mesh);
+    report_.receivers = receivers_.size();
+    visibility_ = precompute_visibility<Value>(tracer, tree_, *leaf_lights_, receivers_, options_.cuts,
+                                               options_.keep_bits, executor, progress);
+    report_.rays = visibility_.rays;
+    report_.visibility = watch.lap();
+    buffer_ = make_shading_buffer(scene, mesh, hits, options_.shading, executor);
+    report_.camera += watch.lap();
+  }
+
+  /// The frame's lights and its illumination cut of at most max_nodes, for the cuts of options.cuts[which].
+  /// The first call for a size of map assigns its texels to lights (about 0.3 s); later ones only sum.
+  FrameLighting light(const Environment& environment, std::size_t max_nodes, std::size_t which = 0) {
+    const auto size = glm::ivec2(environment.map.width, environment.map.height);
+    if (!cells_ || size != cells_size_) cells_.emplace(directions_, size.x, size.y), cells_size_ = size;
+    return light_frame(tree_, cells_->gather(environment), directions_, max_nodes, cuts(which).granule_log2());
+  }
+
+  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives its clusters.
+  template <Executor E>
+  std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which = 0,
+                          std::span<std::uint32_t> cluster_count = {}) const {
+    std::vector<vec3> radiance(buffer_.points.size());
+    executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+      shade_faces(buffer_, cuts(which), frame, begin, end, radiance, cluster_count);
+    });
+    return radiance;
+  }
+
+  /// The same from all lights. Precondition: options.keep_bits.
+  template <Skip skip, Executor E>
+  std::vector<vec3> shade_by_brute_force(const FrameLighting& frame, const E& executor) const {
+    COPPICE_ASSERT(options_.keep_bits);
+    std::vector<vec3> radiance(buffer_.points.size());
+    const DenseLights lights(tree_.leaf_count(), frame);
+    executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+      shade_faces_brute_force<skip>(buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end, radiance);
+    });
+    return radiance;
+  }
+
+  /// Reflected and emitted radiance as an image.
+  Image image(std::span<const vec3> radiance) const {
+    Image result = resolve(buffer_, options_.raster, radiance);
+    for (std::size_t i = 0; i < result.pixels.size(); ++i) result.pixels[i] += direct_.emission.pixels[i];
+    return result;
+  }
+
+  const CutRelightingOptions& options() const { return options_; }
+  const LightTree& tree() const { return tree_; }
+  std::span<const vec3> directions() const { return directions_; }
+  std::span<const Receiver> receivers() const { return receivers_; }
+  const MaskedCuts<Value>& cuts(std::size_t which = 0) const { return visibility_.cuts[which]; }
+  std::span<const std::uint64_t> bits() const { return visibility_.bits; }
+  const ShadingBuffer& buffer() const { return buffer_; }
+  const DirectImage& direct() const { return direct_; }
+  const PreparationReport& report() const { return report_; }
+
+ private:
+  void build_light_tree() {
+    std::vector<LightSample> samples;
+    samples.reserve(directions_.size());
+    for (const vec3& d : directions_) samples.push_back({d, vec3(0)});
+    tree_ = build_tree(GeometricMetric(samples));
+    leaf_lights_ = std::make_unique<DirectionPackets>(leaf_directions(tree_, directions_));
+  }
+
+  std::vector<SidedTriangle> receiver_sides(const Scene& scene, std::span<const CameraHit> hits) const {
+    std::vector<SidedTriangle> sides = sides_seen(scene.mesh, hits);
+    if (options_.scope == ReceiverScope::seen) return sides;
+    std::vector<std::uint8_t> backs(scene.mesh.triangles.size(), 0);
+    for (const auto& s : sides) backs[s.triangle] |= !s.front;
+    sides.clear();
+    for (std::uint32_t t = 0; t < backs.size(); ++t) {
+      sides.push_back({t, true});
+      if (backs[t] || scene.materials[scene.mesh.materials[t]].double_sided) sides.push_back({t, false});
+    }
+    return sides;
+  }
+
+  template <class Tracer, Executor E>
+  void refine(ReceiverMesh& mesh, const Tracer& tracer, const Camera& camera, const E& executor) {
+    std::vector<vec3> pilot;
+    for (std::uint32_t i = options_.pilot_stride / 2; i < leaf_lights_->count(); i += options_.pilot_stride)
+      pilot.push_back(leaf_lights_->direction(i));
+    const float pixel = camera.pixel_angle(options_.raster.height);
+    const auto limits = [&](const vec3& p) {
+      const float footprint = pixel * length(p - camera.position);
+      return EdgeLimits{options_.shortest_edge * footprint, options_.longest_edge * footprint};
+    };
+    refine_receivers(mesh, tracer, DirectionPackets(pilot), options_.refine, limits, executor);
+  }
+
+  CutRelightingOptions options_;
+  std::vector<vec3> directions_;
+  LightTree tree_;
+  std::unique_ptr<DirectionPackets> leaf_lights_;
+  std::vector<Receiver> receivers_;
+  VisibilityCuts<Value> visibility_;
+  ShadingBuffer buffer_;
+  DirectImage direct_;
+  std::optional<EnvironmentCells> cells_;
+  glm::ivec2 cells_size_{0};
+  PreparationReport report_;
+};
+
+}  // namespace coppice

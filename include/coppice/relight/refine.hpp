@@ -1,0 +1,212 @@
+// Subdivides faces where visibility at an edge's middle differs from what interpolation gives.
+#pragma once
+
+#include <algorithm>
+#include <coppice/relight/visibility_cuts.hpp>
+#include <unordered_map>
+#include <utility>
+
+namespace coppice {
+
+struct RefineOptions {
+  double tolerance = 0.02;             ///< largest error of an edge's middle, as a share of unoccluded irradiance
+  std::size_t max_receivers = 200000;  ///< budget; edges of largest error · length are split first
+};
+
+/// Lengths between which the tolerance decides, in world units: shorter edges are never split, longer ones always.
+struct EdgeLimits {
+  float shortest = 0;
+  float longest = std::numeric_limits<float>::infinity();
+};
+
+/// Error of irradiance at the middle of an edge if visibility is interpolated there, under a random light: mean of
+/// |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's normal. In [0, 1]. Where a
+/// and b disagree interpolation is off by 1/2 whatever lies between; halving the edge halves that share.
+inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std::span<const std::uint64_t> a,
+                         std::span<const std::uint64_t> b, std::span<const std::uint64_t> middle) {
+  double error = 0;
+  const auto add = [&](std::size_t word, std::uint64_t bits, double weight) {
+    for (; bits != 0; bits &= bits - 1) {
+      const auto light = std::uint32_t(64 * word) + std::uint32_t(std::countr_zero(bits));
+      error += weight * std::max(0.0f, dot(normal, pilot.direction(light)));
+    }
+  };
+  for (std::size_t w = 0; w < a.size(); ++w) {
+    const std::uint64_t differ = a[w] ^ b[w];
+    add(w, differ, 0.5);
+    add(w, ~differ & (a[w] ^ middle[w]), 1.0);
+  }
+  return error / (0.25 * pilot.count());  // the mean of max(0, cos) over the sphere is 1/4
+}
+
+namespace detail {
+
+/// The rounds of refine_receivers. Visibility is sampled by few pilot lights, kept a row a corner.
+template <Occluder O, Executor E, class Limits>
+class Refiner {
+ public:
+  Refiner(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot, const RefineOptions& options,
+          const Limits& limits, const E& executor)
+      : mesh_(mesh), occluder_(occluder), pilot_(pilot), options_(options), limits_(limits), executor_(executor) {}
+
+  void run() {
+    while (split_worst(failing_edges())) {
+    }
+  }
+
+ private:
+  struct Edge {
+    std::uint32_t a, b;  ///< corners, a < b
+    FacesAround around;
+    float length = 0;
+    double error = 0;
+    bool must_split = false;
+  };
+
+  static std::uint64_t key(std::uint32_t a, std::uint32_t b) { return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
+  std::size_t row_words() const { return words_for_bits(pilot_.count()); }
+  std::span<const std::uint64_t> row(std::uint32_t corner) const {
+    return {rows_.data() + corner * row_words(), row_words()};
+  }
+  vec3 middle(const Edge& e) const { return 0.5f * (mesh_.corners()[e.a].position + mesh_.corners()[e.b].position); }
+  vec3 middle_normal(const Edge& e) const {
+    const vec3 a = mesh_.corners()[e.a].normal, b = mesh_.corners()[e.b].normal;
+    return normalize_or(a + b, a);
+  }
+
+  /// Edges of the faces without children, in order of their first appearance.
+  std::vector<Edge> open_edges() const {
+    std::vector<Edge> edges;
+    std::unordered_map<std::uint64_t, std::size_t> index;
+    for (std::uint32_t f = 0; f < mesh_.faces().size(); ++f) {
+      if (!mesh_.is_leaf(f)) continue;
+      const auto& face = mesh_.faces()[f];
+      for (int k = 0; k < 3; ++k) add_edge(edges, index, face, face.corners[k], face.corners[(k + 1) % 3]);
+    }
+    return edges;
+  }
+
+  void add_edge(std::vector<Edge>& edges, std::unordered_map<std::uint64_t, std::size_t>& index,
+                const ReceiverMesh::Face& face, std::uint32_t a, std::uint32_t b) const {
+    const auto [it, is_new] = index.try_emplace(key(a, b), edges.size());
+    if (is_new) edges.push_back({std::min(a, b), std::max(a, b), {}, 0, 0, false});
+    Edge& e = edges[it->second];
+    e.around.add(middle(e), face_normal(mesh_, face), face_centroid(mesh_, face));
+  }
+
+  /// Edges within the limits that are too long or miss the tolerance.
+  std::vector<Edge> failing_edges() {
+    trace_new_corners();
+    std::vector<Edge> edges = open_edges();
+    for (Edge& e : edges) e.length = length(mesh_.corners()[e.a].position - mesh_.corners()[e.b].position);
+    std::erase_if(edges, [&](Edge& e) {
+      const EdgeLimits limits = limits_(middle(e));
+      e.must_split = e.length > limits.longest;
+      return e.a == e.b || !(e.length > limits.shortest) || settled_.contains(key(e.a, e.b));
+    });
+    measure(edges);
+    std::erase_if(edges, [&](const Edge& e) {
+      const bool fails = e.must_split || e.error > options_.tolerance;
+      if (!fails) settled_.emplace(key(e.a, e.b), true);
+      return !fails;
+    });
+    return edges;
+  }
+
+  void trace_new_corners() {
+    std::vector<Receiver> receivers = corner_receivers(mesh_);
+    const std::size_t known = rows_.size() / row_words();
+    rows_.resize(receivers.size() * row_words());
+    trace(std::span<const Receiver>(receivers).subspan(known), [&](std::size_t i, std::span<const std::uint64_t> bits) {
+      std::ranges::copy(bits, rows_.begin() + std::ptrdiff_t((known + i) * row_words()));
+    });
+  }
+
+  void measure(std::vector<Edge>& edges) {
+    std::vector<Receiver> middles;
+    for (const Edge& e : edges) {
+      middles.push_back(place_receiver(middle(e), middle_normal(e), e.around));
+      middles.back().horizon = -1;
+    }
+    trace(middles, [&](std::size_t i, std::span<const std::uint64_t> bits) {
+      edges[i].error = edge_error(pilot_, middles[i].normal, row(edges[i].a), row(edges[i].b), bits);
+    });
+  }
+
+  template <class Consume>
+  void trace(std::span<const Receiver> receivers, Consume&& consume) {
+    for_each_visibility(occluder_, pilot_, receivers, executor_, consume, [](std::size_t, std::size_t) {});
+  }
+
+  /// Splits as many of the edges as the budget allows; false where there is nothing left to do.
+  bool split_worst(std::vector<Edge> edges) {
+    const std::size_t left = options_.max_receivers - std::min(options_.max_receivers, mesh_.corners().size());
+    if (edges.size() > left) {
+      const auto worse = [](const Edge& x, const Edge& y) { return x.error * x.length > y.error * y.length; };
+      std::ranges::stable_sort(edges, worse);
+      edges.resize(left);
+    }
+    std::unordered_map<std::uint64_t, std::uint32_t> middle_of;
+    for (const Edge& e : edges) middle_of[key(e.a, e.b)] = mesh_.add_corner({middle(e), middle_normal(e)});
+    const std::uint32_t faces = std::uint32_t(mesh_.faces().size());
+    for (std::uint32_t f = 0; f < faces && !edges.empty(); ++f)
+      if (mesh_.is_leaf(f)) split_face(f, middle_of);
+    return !edges.empty();
+  }
+
+  using Vertex = std::pair<std::uint32_t, vec2>;  ///< corner and its (u, v)
+  static ReceiverMesh::Face face_of(const Vertex& a, const Vertex& b, const Vertex& c) {
+    return {uvec3(a.first, b.first, c.first), {a.second, b.second, c.second}};
+  }
+
+  /// 1, 2 or 3 middles give 2, 3 or 4 children; two middles leave a quadrilateral, cut from its sharper side.
+  void split_face(std::uint32_t f, const std::unordered_map<std::uint64_t, std::uint32_t>& middle_of) {
+    const ReceiverMesh::Face face = mesh_.faces()[f];
+    std::array<Vertex, 3> v, m;  // m[k] lies between v[k] and v[k + 1]
+    std::array<bool, 3> split{};
+    for (int k = 0; k < 3; ++k) {
+      const auto a = std::size_t(k), b = std::size_t((k + 1) % 3);
+      v[a] = {face.corners[k], face.uv[a]};
+      const auto it = middle_of.find(key(face.corners[k], face.corners[(k + 1) % 3]));
+      split[a] = it != middle_of.end();
+      if (split[a]) m[a] = {it->second, 0.5f * (face.uv[a] + face.uv[b])};
+    }
+    mesh_.subdivide(f, children(v, m, split));
+  }
+
+  static std::vector<ReceiverMesh::Face> children(const std::array<Vertex, 3>& v, const std::array<Vertex, 3>& m,
+                                                  const std::array<bool, 3>& split) {
+    const int count = split[0] + split[1] + split[2];
+    if (count == 0) return {};
+    if (count == 3)
+      return {face_of(v[0], m[0], m[2]), face_of(m[0], v[1], m[1]), face_of(m[2], m[1], v[2]), face_of(m[0], m[1], m[2])};
+    std::size_t k = 0;  // rotate so that edge k is split, and k + 1 too where there are two
+    while (!(split[k] && (count == 1 || split[(k + 1) % 3]))) ++k;
+    const std::size_t k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    if (count == 1) return {face_of(v[k], m[k], v[k2]), face_of(m[k], v[k1], v[k2])};
+    return {face_of(m[k], v[k1], m[k1]), face_of(v[k], m[k], m[k1]), face_of(v[k], m[k1], v[k2])};
+  }
+
+  ReceiverMesh& mesh_;
+  const O& occluder_;
+  const DirectionPackets& pilot_;
+  RefineOptions options_;
+  const Limits& limits_;
+  const E& executor_;
+  std::vector<std::uint64_t> rows_;
+  std::unordered_map<std::uint64_t, bool> settled_;
+};
+
+}  // namespace detail
+
+/// Splits edges in rounds until every edge within limits(position) meets the tolerance, or the budget of receivers
+/// is spent. Faces that share an edge are split at the same corner, so interpolation stays continuous. Visibility is
+/// judged by the pilot lights, a few of all: 2,048 tell a share of 2% to a fifth of it. Deterministic.
+template <Occluder O, Executor E, class Limits>
+void refine_receivers(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot, const RefineOptions& options,
+                      const Limits& limits, const E& executor) {
+  if (mesh.faces().empty() || pilot.count() == 0) return;
+  detail::Refiner<O, E, Limits>(mesh, occluder, pilot, options, limits, executor).run();
+}
+
+}  // namespace coppice

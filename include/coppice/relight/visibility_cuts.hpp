@@ -1,0 +1,130 @@
+// Precomputed visibility: from shadow rays to the cuts of every receiver.
+#pragma once
+
+#include <coppice/core/parallel.hpp>
+#include <coppice/cut/masked_cuts.hpp>
+#include <coppice/cut/select.hpp>
+#include <coppice/relight/visibility.hpp>
+#include <functional>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace coppice {
+
+struct VisibilityCutOptions {
+  double sigma = 2;             ///< Cuts Eq. 6: |C|·var <= σ² on each piece; smaller is finer. The paper: 1.5 to 3
+  std::size_t max_size = 1000;  ///< pieces a cut at most; the worst nodes are split first
+};
+
+/// Selects the visibility cut of one row of bits. Counts of visible leaves are summed up the tree from popcounts of
+/// granules; with c of n lights visible, |C|·var = c(n-c)/n exactly. The scratch is kept between calls.
+class VisibilityCutSelector {
+ public:
+  VisibilityCutSelector(const LightTree& tree, VisibilityCutOptions options)
+      : tree_(&tree),
+        options_(options),
+        granule_log2_(granule_log2_for(options.sigma, tree.leaf_count())),
+        granule_count_(tree.leaf_count() >> granule_log2_),
+        visible_(2 * std::size_t(granule_count_)) {}
+
+  std::uint32_t granule_log2() const { return granule_log2_; }
+
+  /// Bits by leaf rank; padding leaves must be zero.
+  template <Quantised Value>
+  Cut<Value> select(std::span<const std::uint64_t> bits) {
+    count_visible(bits);
+    const auto error = [this](std::uint32_t h) {
+      const double c = visible_[h], n = tree_->light_count[h];
+      return n == 0 ? 0.0 : c * (n - c) / n;
+    };
+    auto ends = select_by_threshold(granule_count_, error, options_.sigma * options_.sigma, options_.max_size);
+    auto cut = cut_with_values(granule_count_, std::move(ends), [this](std::uint32_t h) {
+      const float n = float(tree_->light_count[h]);
+      return quantise<Value>(n == 0 ? 0.0f : float(visible_[h]) / n);
+    });
+    for (auto& end : cut.ends) end <<= granule_log2_;
+    return cut;
+  }
+
+ private:
+  /// Heap ids of the tree over granules are those of the light tree above them.
+  void count_visible(std::span<const std::uint64_t> bits) {
+    const std::uint32_t size = 1u << granule_log2_;
+    const std::uint64_t granule_mask = (std::uint64_t{1} << size) - 1;
+    for (std::uint32_t g = 0; g < granule_count_; ++g) {
+      const std::uint32_t first = g << granule_log2_;
+      visible_[granule_count_ + g] = std::uint32_t(std::popcount((bits[first / 64] >> (first % 64)) & granule_mask));
+    }
+    for (std::uint32_t h = granule_count_; h-- > 1;) visible_[h] = visible_[2 * h] + visible_[2 * h + 1];
+  }
+
+  const LightTree* tree_;
+  VisibilityCutOptions options_;
+  std::uint32_t granule_log2_, granule_count_;
+  std::vector<std::uint32_t> visible_;
+};
+
+/// Told between blocks how many receivers of how many are done.
+using Progress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// Calls consume(receiver index, row of bits) for every receiver on the executor's threads, in blocks of
+/// `visibility_block`; after each block end_of_block(first, count) is called once. Returns the rays traced.
+inline constexpr std::size_t visibility_block = 2048;
+
+template <Occluder O, Executor E, class Consume, class EndOfBlock>
+std::size_t for_each_visibility(const O& occluder, const DirectionPackets& lights, std::span<const Receiver> receivers,
+                                const E& executor, Consume&& consume, EndOfBlock&& end_of_block) {
+  std::vector<std::size_t> traced(receivers.size());
+  for (std::size_t first = 0; first < receivers.size(); first += visibility_block) {
+    const std::size_t count = std::min(visibility_block, receivers.size() - first);
+    executor(count, 16, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint64_t> bits(words_for_bits(lights.count()));
+      for (std::size_t i = first + begin; i < first + end; ++i) {
+        traced[i] = trace_visibility(occluder, lights, receivers[i], bits);
+        consume(i, std::span<const std::uint64_t>(bits));
+      }
+    });
+    end_of_block(first, count);
+  }
+  return std::accumulate(traced.begin(), traced.end(), std::size_t{0});
+}
+
+/// What the precomputation leaves behind.
+template <Quantised Value>
+struct VisibilityCuts {
+  std::vector<MaskedCuts<Value>> cuts;  ///< one store for each of the options, receivers in order
+  std::vector<std::uint64_t> bits;      ///< all rows, words_for_bits(leaf count) words a receiver, where asked for
+  std::size_t rays = 0;
+};
+
+/// Traces every receiver once and selects its cut for each of `options`. Only cuts are kept, unless keep_bits asks
+/// for the dense rows too (leaf_count/8 bytes a receiver), as the brute-force twins need them. The result does not
+/// depend on the executor. Precondition: `leaf_lights` has one direction a leaf of the tree.
+template <Quantised Value, Occluder O, Executor E>
+VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& tree, const DirectionPackets& leaf_lights,
+                                            std::span<const Receiver> receivers,
+                                            std::span<const VisibilityCutOptions> options, bool keep_bits,
+                                            const E& executor, const Progress& progress = {}) {
+  COPPICE_ASSERT(leaf_lights.count() == tree.leaf_count());
+  VisibilityCuts<Value> result;
+  const std::size_t words = words_for_bits(tree.leaf_count());
+  if (keep_bits) result.bits.resize(receivers.size() * words);
+  std::vector<std::vector<Cut<Value>>> block(options.size(), std::vector<Cut<Value>>(visibility_block));
+  for (const auto& o : options)
+    result.cuts.emplace_back(tree.leaf_count(), granule_log2_for(o.sigma, tree.leaf_count()));
+  const auto select = [&](std::size_t i, std::span<const std::uint64_t> bits) {
+    for (std::size_t o = 0; o < options.size(); ++o)
+      block[o][i % visibility_block] = VisibilityCutSelector(tree, options[o]).template select<Value>(bits);
+    if (keep_bits) std::ranges::copy(bits, result.bits.begin() + std::ptrdiff_t(i * words));
+  };
+  const auto store = [&](std::size_t first, std::size_t count) {
+    for (std::size_t o = 0; o < options.size(); ++o)
+      for (std::size_t i = 0; i < count; ++i) result.cuts[o].append(block[o][i]);
+    if (progress) progress(first + count, receivers.size());
+  };
+  result.rays = for_each_visibility(occluder, leaf_lights, receivers, executor, select, store);
+  return result;
+}
+
+}  // namespace coppice

@@ -1,0 +1,74 @@
+// From a hit to what is shaded there: mapped normal, material parameters, emission.
+#pragma once
+
+#include <coppice/brdf/ggx.hpp>
+#include <coppice/brdf/lambert.hpp>
+#include <coppice/scene/hit.hpp>
+#include <coppice/scene/scene.hpp>
+
+namespace coppice {
+
+/// Vertex attributes at a hit. The normal is that of the mesh, on whatever side the viewer is.
+struct Surface {
+  vec3 normal;
+  vec3 tangent;     ///< zero where the mesh has none
+  float bitangent_sign;
+  vec2 uv;
+};
+
+inline Surface surface_at(const Mesh& mesh, const Hit& hit) {
+  const uvec3 t = mesh.triangles[hit.triangle];
+  const float w = 1 - hit.u - hit.v;
+  const auto mix = [&](const auto& values) { return w * values[t.x] + hit.u * values[t.y] + hit.v * values[t.z]; };
+  const vec4 tangent = mix(mesh.tangents);
+  const vec3 geometric = cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]);
+  return {normalize_or(mix(mesh.normals), normalize_or(geometric, vec3(0, 1, 0))), vec3(tangent),
+          tangent.w < 0 ? -1.0f : 1.0f, mix(mesh.uvs)};
+}
+
+/// The normal that the normal map bends, on the mesh normal's side.
+inline vec3 mapped_normal(const Scene& scene, const Material& material, const Surface& s) {
+  if (material.normal_texture < 0) return s.normal;
+  const vec3 t = normalize_or(s.tangent - dot(s.tangent, s.normal) * s.normal, vec3(0));
+  if (t == vec3(0)) return s.normal;
+  const vec3 texel = 2.0f * vec3(sample(scene.textures[std::size_t(material.normal_texture)], s.uv)) - 1.0f;
+  const vec3 n = vec3(material.normal_scale * texel.x, material.normal_scale * texel.y, texel.z);
+  return normalize_or(n.x * t + n.y * s.bitangent_sign * cross(s.normal, t) + n.z * s.normal, s.normal);
+}
+
+inline vec3 textured(const Scene& scene, const vec3& factor, int texture, vec2 uv) {
+  return texture < 0 ? factor : factor * vec3(sample(scene.textures[std::size_t(texture)], uv));
+}
+
+/// How materials are read.
+enum class Shading { metallic_roughness, lambert };  ///< lambert: every material as pure Lambert of its base colour
+
+/// Fills the point but for its face and weights. The shading normal is turned to the viewer by its own sign; the
+/// tangent frame follows the mesh's tangents where it has them. Cost: at most three bilinear texture samples.
+inline ShadingPoint shading_point(const Scene& scene, const Hit& hit, const vec3& to_viewer, Shading shading) {
+  const Material& material = scene.materials[scene.mesh.materials[hit.triangle]];
+  const Surface s = surface_at(scene.mesh, hit);
+  ShadingPoint p{};
+  p.to_viewer = to_viewer;
+  p.normal = mapped_normal(scene, material, s) * (dot(s.normal, to_viewer) < 0 ? -1.0f : 1.0f);
+  p.tangent = normalize_or(s.tangent - dot(s.tangent, p.normal) * p.normal, vec3(0));
+  vec3 bitangent;
+  if (p.tangent == vec3(0)) make_frame(p.normal, p.tangent, bitangent);
+  const vec3 base = textured(scene, material.base_color, material.base_color_texture, s.uv);
+  const vec3 packed = textured(scene, {1, material.roughness, material.metallic}, material.metallic_roughness_texture, s.uv);
+  if (shading == Shading::lambert)
+    set_lambert(p, base);
+  else
+    set_metallic_roughness(p, base, packed.z, packed.y);
+  return p;
+}
+
+/// Radiance that the surface itself emits towards a viewer who sees its front (counter-clockwise) side.
+inline vec3 emission_at(const Scene& scene, const Hit& hit) {
+  const Material& material = scene.materials[scene.mesh.materials[hit.triangle]];
+  if (!hit.front && !material.double_sided) return vec3(0);
+  if (material.emission == vec3(0)) return vec3(0);
+  return textured(scene, material.emission, material.emission_texture, surface_at(scene.mesh, hit).uv);
+}
+
+}  // namespace coppice

@@ -1,0 +1,51 @@
+// The buffers that CPU and compute kernels both read, byte for byte: scalar block layout, every vec3 followed by
+// a scalar. Sizes and offsets are asserted below and compared with the SPIR-V's in a test.
+#ifndef COPPICE_SHARED_LAYOUT_H
+#define COPPICE_SHARED_LAYOUT_H
+#include <coppice/shared/language.h>
+
+COPPICE_BEGIN
+
+/// What the current lighting puts into one node of the light tree; an array by heap id.
+struct LightNode {
+  vec3 power;         ///< Σ radiance · solid angle over the node's lights, linear RGB
+  float spread;       ///< 1 - |luminance-weighted mean of the directions|, in [0, 1]
+  vec3 direction;     ///< unit; that mean, normalised; towards the lights
+  float solid_angle;  ///< Σ solid angle, steradians
+};
+
+/// One point to be shaded, from the deferred buffer. Colour = Σ over clusters of
+/// power · visibility · (diffuse · t0 + specular · t1 + fresnel · t2), the terms t of brdf.h.
+struct ShadingPoint {
+  vec3 normal;     ///< unit shading normal, on the viewer's side
+  float alpha_x;   ///< roughness of the BRDF along the tangent, or its exponent
+  vec3 tangent;    ///< unit, orthogonal to normal
+  float alpha_y;   ///< roughness across the tangent (Ward)
+  vec3 to_viewer;  ///< unit
+  uint brdf;       ///< one of the BRDF_ constants
+  vec3 diffuse;    ///< coefficient of term 0
+  float weight_0;  ///< barycentric weight of the face's first receiver
+  vec3 specular;   ///< coefficient of term 1
+  float weight_1;  ///< of its second; the third has 1 - weight_0 - weight_1
+  vec3 fresnel;    ///< coefficient of term 2
+  uint face;       ///< index into the faces
+};
+
+/// A triangle between three receivers, and the run of points that lie in it: points are sorted by face.
+struct ShadingFace {
+  uvec3 receivers;  ///< indices of visibility cuts
+  uint first_point;
+};
+
+COPPICE_END
+
+#ifndef COPPICE_GLSL
+#include <cstddef>
+namespace coppice {
+static_assert(sizeof(LightNode) == 32 && offsetof(LightNode, direction) == 16);
+static_assert(sizeof(ShadingPoint) == 96 && offsetof(ShadingPoint, to_viewer) == 32 &&
+              offsetof(ShadingPoint, fresnel) == 80);
+static_assert(sizeof(ShadingFace) == 16 && offsetof(ShadingFace, first_point) == 12);
+}  // namespace coppice
+#endif
+#endif

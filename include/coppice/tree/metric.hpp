@@ -1,0 +1,48 @@
+// Distances that decide which lights share a cluster.
+#pragma once
+
+#include <array>
+#include <coppice/core/math.hpp>
+#include <cstdint>
+#include <span>
+
+namespace coppice {
+
+/// Position and normal of a light as the metric sees it. Distant lights have their direction as position and
+/// normal zero.
+struct LightSample {
+  vec3 position{0};
+  vec3 normal{0};
+};
+
+/// d_g(s, c) = K²/d² · |x_s - x_c|² + |n_s - n_c|² (Cuts Eq. 11), d the diagonal of the samples' bounding box.
+/// Points of this metric are 6-vectors; where all samples coincide, d = 0 and only the normals count.
+class GeometricMetric {
+ public:
+  using Point = std::array<float, 6>;
+
+  /// `position_weight` is the paper's K.
+  explicit GeometricMetric(std::span<const LightSample> samples, float position_weight = 30) : samples_(samples) {
+    if (samples.empty()) return;
+    vec3 low = samples[0].position, high = low;
+    for (const auto& s : samples) low = glm::min(low, s.position), high = glm::max(high, s.position);
+    origin_ = low;
+    const float largest = glm::max(high.x - low.x, glm::max(high.y - low.y, high.z - low.z));
+    if (largest > 0) scale_ = position_weight / (largest * length((high - low) / largest));
+  }
+
+  std::size_t size() const { return samples_.size(); }
+
+  /// The sample scaled so that Eq. 11 is a squared Euclidean distance.
+  Point point(std::uint32_t light) const {
+    const vec3 x = (samples_[light].position - origin_) * scale_, n = samples_[light].normal;
+    return {x.x, x.y, x.z, n.x, n.y, n.z};
+  }
+
+ private:
+  std::span<const LightSample> samples_;
+  vec3 origin_{0};
+  float scale_ = 0;
+};
+
+}  // namespace coppice

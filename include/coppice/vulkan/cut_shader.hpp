@@ -1,0 +1,56 @@
+// Relighting on a Vulkan device: per point, the merge of three visibility cuts with the illumination cut.
+#pragma once
+
+#include <coppice/shared/layout.h>
+
+#include <coppice/vulkan/device.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace coppice {
+
+/// What stays the same from frame to frame. A granule is 1 << granule_log2 leaves. A receiver's visibility
+/// cut is a mask of max(1, leaf_count / granule / 32) words and a byte for each of its ends, in their order:
+/// visibility · 255. Bit k of the mask says that the cut has the end of granule k, which is leaf
+/// (k + 1) · granule. The last end, leaf_count, is always there.
+struct CutShadeInput {
+  std::uint32_t leaf_count = 1;                     ///< of the light tree: a power of two
+  std::uint32_t granule_log2 = 0;                   ///< 0 … 5; a granule is at most the whole tree
+  std::span<const std::uint32_t> visibility_masks;  ///< by receiver
+  std::span<const std::uint32_t> first_value;       ///< by receiver: index into values
+  std::span<const std::uint8_t> values;
+  std::span<const ShadingFace> faces;
+  std::span<const ShadingPoint> points;          ///< sorted by face, for speed
+  std::uint32_t points_per_dispatch = 1u << 20;  ///< at least 1; smaller keeps a display responsive
+};
+
+struct CutShadeResult {
+  std::vector<vec3> radiance;          ///< by point
+  std::optional<double> milliseconds;  ///< of the kernel on the device; empty where its queue has no clock
+};
+
+/// Computes Cuts section 3 for every point: the sum of power · visibility · BRDF over the clusters of the
+/// union of four cuts. The BRDF is taken at the cluster's mean direction, the visibility interpolated between
+/// the face's three receivers.
+class CutShader {
+ public:
+  /// Uploads the input, of which the caller need keep nothing. Throws InputError where it does not fit into
+  /// the device's memory.
+  CutShader(VulkanDevice& device, const CutShadeInput& input);
+  ~CutShader();
+  CutShader(CutShader&&) noexcept;
+  CutShader& operator=(CutShader&&) noexcept;
+
+  /// Shades all points under the lighting `nodes`, 2 · leaf_count of them by heap id. Bit e - 1 of
+  /// `illumination_mask`, max(1, leaf_count / 32) words, says that the illumination cut has the end e. Waits
+  /// for the device.
+  CutShadeResult shade(std::span<const LightNode> nodes, std::span<const std::uint32_t> illumination_mask);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace coppice
