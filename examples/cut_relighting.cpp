@@ -47,6 +47,11 @@ std::filesystem::path frame_path(const Options& o, int frame) {
   return path.replace_extension("." + number + path.extension().string());
 }
 
+/// Radians by which frame i turns the environment.
+float turn_of_frame(const Options& o, int frame) {
+  return glm::radians(o.common.rotate_environment * float(o.frames > 1 ? frame : 1));
+}
+
 /// One frame: times, image, and what --reference and --compare add.
 class FrameRenderer {
  public:
@@ -58,19 +63,17 @@ class FrameRenderer {
         shader_(make_shader(options.common.backend, relighting)),
         counts_(counted_pixels(relighting.direct())) {
     if (!options.common.compare.empty()) comparison_ = read_comparison(options.common.compare, options.common.raster);
-    relighting_.light(environment_, 1);  // assigns the texels to lights once, before any frame is timed
   }
 
   nlohmann::json render(int frame) {
-    const float turn = options_.common.rotate_environment * float(options_.frames > 1 ? frame : 1);
-    environment_.rotation = glm::radians(turn);
+    environment_.rotation = turn_of_frame(options_, frame);
     Stopwatch watch;
     const FrameLighting lighting = relighting_.light(environment_, options_.nodes);
     const double light = watch.lap();
     std::vector<std::uint32_t> clusters(relighting_.buffer().points.size());
     const std::vector<vec3> radiance = shader_->shade(lighting, threads_, clusters);
     const double shade = watch.lap();
-    nlohmann::json j = {{"rotation_degrees", turn},
+    nlohmann::json j = {{"rotation_degrees", glm::degrees(environment_.rotation)},
                         {"milliseconds", 1e3 * (light + shade)},
                         {"milliseconds_lighting", 1e3 * light},
                         {"milliseconds_shading", 1e3 * shade},
@@ -142,10 +145,11 @@ void print_frame(int frame, const nlohmann::json& j) {
 void render(const Options& o) {
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common);
+  in.environment.rotation = turn_of_frame(o, 0);
   const EmbreeTracer tracer(in.scene);
   CutRelightingOptions settings = relighting_options(o.common, o.cut, {o.sigma});
   settings.keep_bits = o.reference;
-  CutRelighting<> relighting(in.scene, tracer, in.camera, settings, threads, visibility_progress());
+  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads, visibility_progress());
   FrameRenderer renderer(o, relighting, std::move(in.environment), threads);
   nlohmann::json report = {{"program", "cut_relighting"},
                            {"settings", settings_json(o.common, o.cut)},

@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   const coppice::Environment sky = coppice::read_environment(argv[2]);
   const coppice::EmbreeTracer tracer(scene);
   const coppice::Threads threads;
-  coppice::CutRelighting relighting(scene, tracer, scene.camera.value_or(coppice::Camera{}), {}, threads);
+  coppice::CutRelighting relighting(scene, tracer, scene.camera.value_or(coppice::Camera{}), sky, {}, threads);
   const coppice::FrameLighting frame = relighting.light(sky, 256);
   const coppice::Image image = relighting.image(relighting.shade(frame, threads));
   coppice::write_exr(argv[3], image.width, image.height, {{"", image}, {"A", relighting.direct().coverage}});

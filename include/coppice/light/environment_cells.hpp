@@ -37,20 +37,29 @@ class EnvironmentCells {
       for (int x = 0; x < width_; ++x) light_[index(x, y)] = nearest(tree, texel_direction(x, y, width_, height_));
   }
 
+  /// Where the light of each cell comes from under this environment: the mean direction of its texels, weighted by
+  /// their luminance. A sun that lies between lattice points keeps its place, and its shadows theirs. Cells without
+  /// light keep the direction given for them.
+  std::vector<vec3> centroids(const Environment& environment, std::span<const vec3> directions) const {
+    COPPICE_ASSERT(directions.size() == light_count_);
+    std::vector<glm::dvec3> sums(light_count_, glm::dvec3(0));
+    for_each_texel(environment, [&](std::uint32_t light, int x, int y, double area, const vec3& radiance) {
+      const double weight = area * double(luminance(radiance));
+      sums[light] += weight * glm::dvec3(texel_direction(x, y, width_, height_));
+    });
+    std::vector<vec3> result(directions.begin(), directions.end());
+    for (std::size_t i = 0; i < light_count_; ++i)
+      if (const double size = glm::length(sums[i]); size > 0 && std::isfinite(size)) result[i] = vec3(sums[i] / size);
+    return result;
+  }
+
   /// The lights under this environment, in the order of the directions. Sums in double: energy to 1e-7.
   /// Precondition: the map has the size that was given to the constructor.
   std::vector<CellLight> gather(const Environment& environment) const {
-    COPPICE_ASSERT(environment.map.width * subdivision_ == width_ && environment.map.height * subdivision_ == height_);
     std::vector<glm::dvec4> sums(light_count_, glm::dvec4(0));
-    const int shift = column_shift(environment.rotation);
-    for (int y = 0; y < height_; ++y) {
-      const double area = texel_solid_angle(y, width_, height_);
-      const vec3* row = &environment.map.pixels[environment.map.index(0, y / subdivision_)];
-      for (int x = 0; x < width_; ++x) {
-        const int column = x >= shift ? x - shift : x - shift + width_;
-        sums[light_[index(column, y)]] += area * glm::dvec4(glm::dvec3(row[x / subdivision_]), 1);
-      }
-    }
+    for_each_texel(environment, [&](std::uint32_t light, int, int, double area, const vec3& radiance) {
+      sums[light] += area * glm::dvec4(glm::dvec3(radiance), 1);
+    });
     std::vector<CellLight> lights(light_count_);
     for (std::size_t i = 0; i < light_count_; ++i) lights[i] = {vec3(sums[i]), float(sums[i].w)};
     return lights;
@@ -76,6 +85,21 @@ class EnvironmentCells {
   }
 
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
+
+  /// Calls visit(light, column, row, solid angle, radiance) for each entry of the table, the map turned as it is.
+  template <class Visit>
+  void for_each_texel(const Environment& environment, Visit&& visit) const {
+    COPPICE_ASSERT(environment.map.width * subdivision_ == width_ && environment.map.height * subdivision_ == height_);
+    const int shift = column_shift(environment.rotation);
+    for (int y = 0; y < height_; ++y) {
+      const double area = texel_solid_angle(y, width_, height_);
+      const vec3* row = &environment.map.pixels[environment.map.index(0, y / subdivision_)];
+      for (int x = 0; x < width_; ++x) {
+        const int column = x >= shift ? x - shift : x - shift + width_;
+        visit(light_[index(column, y)], column, y, area, row[x / subdivision_]);
+      }
+    }
+  }
 
   /// Columns by which a turn moves texels towards smaller azimuth, in [0, width).
   int column_shift(float rotation) const {

@@ -19,6 +19,7 @@ namespace coppice {
 struct Receiver {
   vec3 position{0};   ///< a little off the surface and away from the faces' borders: where shadow rays begin
   vec3 normal{0, 1, 0};  ///< unit; mean of the faces around it
+  vec3 inward{0};     ///< in the tangent plane, from the corner to the mean of its faces' centroids
   float horizon = 0;  ///< lights with dot(normal, direction) <= horizon lie below all those faces: occluded
 };
 
@@ -43,6 +44,7 @@ class ReceiverMesh {
   struct Face {
     uvec3 corners;
     std::array<vec2, 3> uv;  ///< of the corners, as (u, v) of the scene's triangle: p = (1-u-v)·p0 + u·p1 + v·p2
+    vec3 normal;             ///< unit; of the scene's triangle, on the face's side
     std::uint32_t first_child = no_face;
     std::uint32_t child_count = 0;
   };
@@ -103,8 +105,17 @@ class ReceiverMesh {
 
   static std::uint64_t root_key(SidedTriangle s) { return 2 * std::uint64_t(s.triangle) + (s.front ? 1 : 0); }
 
+  /// Geometric normal on the side where the vertex normals are (front) or are not.
+  static vec3 side_normal(const Mesh& mesh, SidedTriangle side) {
+    const uvec3 t = mesh.triangles[side.triangle];
+    const vec3 p = mesh.positions[t.x];
+    const vec3 shading = mesh.normals[t.x] + mesh.normals[t.y] + mesh.normals[t.z];
+    const vec3 n = normalize_or(cross(mesh.positions[t.y] - p, mesh.positions[t.z] - p), normalize_or(shading, vec3(0, 1, 0)));
+    return (dot(n, shading) < 0) == side.front ? -n : n;
+  }
+
   void add_root(const Mesh& mesh, SidedTriangle side, std::unordered_map<Key, std::uint32_t, KeyHash>& corner_of) {
-    Face face{{}, {vec2(0, 0), vec2(1, 0), vec2(0, 1)}};
+    Face face{{}, {vec2(0, 0), vec2(1, 0), vec2(0, 1)}, side_normal(mesh, side)};
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.triangles[side.triangle][k];
       const vec3 p = mesh.positions[v] + 0.0f, n = (side.front ? mesh.normals[v] : -mesh.normals[v]) + 0.0f;

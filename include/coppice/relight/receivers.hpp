@@ -27,61 +27,65 @@ struct FacesAround {
   }
 };
 
-/// Unit normal of a face on the side of its corners' shading normals.
-inline vec3 face_normal(const ReceiverMesh& mesh, const ReceiverMesh::Face& face) {
-  const auto& c = mesh.corners();
-  const vec3 p = c[face.corners.x].position;
-  const vec3 shading = c[face.corners.x].normal + c[face.corners.y].normal + c[face.corners.z].normal;
-  const vec3 n = normalize_or(cross(c[face.corners.y].position - p, c[face.corners.z].position - p),
-                              normalize_or(shading, vec3(0, 1, 0)));
-  return dot(n, shading) < 0 ? -n : n;
-}
-
 inline vec3 face_centroid(const ReceiverMesh& mesh, const ReceiverMesh::Face& face) {
   const auto& c = mesh.corners();
   return (c[face.corners.x].position + c[face.corners.y].position + c[face.corners.z].position) / 3.0f;
 }
 
-/// Where rays leave a point with those faces around: lifted by 1e-3 of the faces' size and at least by what float
-/// positions resolve, and drawn inward, in the tangent plane so that it does not sink below a bulge. Thus a wall that
-/// ends at the same corner is in front of the ray, not behind it.
+/// How far rays begin above the faces around a point: 1e-3 of their size, and at least what float positions resolve.
+inline float clearance(const vec3& point, const FacesAround& around) {
+  const float magnitude = std::max({std::fabs(point.x), std::fabs(point.y), std::fabs(point.z)});
+  const float size = std::isfinite(around.size) ? around.size : 0.0f;
+  return std::max(1e-3f * size, 4e-6f * std::max(magnitude, 1e-3f));
+}
+
+/// A receiver that is drawn inward, in the tangent plane so that it does not sink below a bulge. Thus a wall that
+/// ends at the same corner is in front of its rays, not behind them.
 inline Receiver place_receiver(const vec3& point, const vec3& fallback_normal, const FacesAround& around) {
   Receiver r;
   r.normal = normalize_or(around.normal, fallback_normal);
-  const float magnitude = std::max({std::fabs(point.x), std::fabs(point.y), std::fabs(point.z)});
-  const float size = around.count > 0 && std::isfinite(around.size) ? around.size : 0.0f;
-  const float lift = std::max(1e-3f * size, 4e-6f * std::max(magnitude, 1e-3f));
   const vec3 inward = around.count > 0 ? around.inward / float(around.count) : vec3(0);
-  r.position = point + lift * r.normal + 0.02f * (inward - dot(inward, r.normal) * r.normal);
+  r.inward = inward - dot(inward, r.normal) * r.normal;
+  r.position = point + clearance(point, around) * r.normal + 0.02f * r.inward;
+  return r;
+}
+
+/// A receiver at the middle of an edge, as seen by its one or two faces.
+inline Receiver middle_receiver(const vec3& point, const vec3& fallback_normal, const FacesAround& around) {
+  Receiver r = place_receiver(point, fallback_normal, around);
+  if (around.count > 1) r.position -= 0.02f * r.inward;  // between two faces it might sink into one of them
   return r;
 }
 
 }  // namespace detail
 
-/// Receivers at every corner of the mesh, in order.
+/// Receivers at every corner of the mesh, in order. Each begins above all faces that meet at the corner.
 inline std::vector<Receiver> corner_receivers(const ReceiverMesh& mesh) {
   std::vector<detail::FacesAround> around(mesh.corners().size());
-  std::vector<float> lowest(mesh.corners().size(), 1.0f);
   const auto for_each_corner = [&](auto&& visit) {
-    for (std::uint32_t f = 0; f < mesh.faces().size(); ++f) {
-      if (!mesh.is_leaf(f)) continue;
-      const auto& face = mesh.faces()[f];
-      const vec3 n = detail::face_normal(mesh, face), centroid = detail::face_centroid(mesh, face);
-      for (int k = 0; k < 3; ++k) visit(face.corners[k], n, centroid);
-    }
+    for (std::uint32_t f = 0; f < mesh.faces().size(); ++f)
+      for (int k = 0; mesh.is_leaf(f) && k < 3; ++k) visit(mesh.faces()[f].corners[k], mesh.faces()[f]);
   };
-  for_each_corner([&](std::uint32_t c, const vec3& n, const vec3& centroid) {
-    around[c].add(mesh.corners()[c].position, n, centroid);
+  for_each_corner([&](std::uint32_t c, const ReceiverMesh::Face& face) {
+    around[c].add(mesh.corners()[c].position, face.normal, detail::face_centroid(mesh, face));
   });
   std::vector<Receiver> receivers;
   receivers.reserve(around.size());
   for (std::size_t c = 0; c < around.size(); ++c)
     receivers.push_back(detail::place_receiver(mesh.corners()[c].position, mesh.corners()[c].normal, around[c]));
-  for_each_corner([&](std::uint32_t c, const vec3& n, const vec3&) {
-    lowest[c] = std::min(lowest[c], dot(n, receivers[c].normal));
+
+  std::vector<float> steepest(around.size(), 1.0f);  // smallest cosine between the receiver's normal and a face's
+  std::vector<float> sunk(around.size(), 0.0f);      // what the receiver lacks of its clearance above a face
+  for_each_corner([&](std::uint32_t c, const ReceiverMesh::Face& face) {
+    const vec3 p = mesh.corners()[c].position;
+    steepest[c] = std::min(steepest[c], dot(face.normal, receivers[c].normal));
+    sunk[c] = std::max(sunk[c], detail::clearance(p, around[c]) - dot(face.normal, receivers[c].position - p));
   });
-  for (std::size_t c = 0; c < receivers.size(); ++c)  // a face tilted by φ sees directions down to -sin φ
-    receivers[c].horizon = lowest[c] <= 0 ? -1.0f : -std::sqrt(std::max(0.0f, 1 - lowest[c] * lowest[c]));
+  for (std::size_t c = 0; c < receivers.size(); ++c) {
+    receivers[c].position += receivers[c].normal * (sunk[c] / std::max(steepest[c], 0.1f));
+    const float sine2 = 1 - steepest[c] * steepest[c];  // a face tilted by φ sees directions down to -sin φ
+    receivers[c].horizon = steepest[c] <= 0 ? -1.0f : -std::sqrt(std::max(0.0f, sine2));
+  }
   return receivers;
 }
 

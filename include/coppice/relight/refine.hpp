@@ -20,7 +20,8 @@ struct EdgeLimits {
 };
 
 /// Error of irradiance at the middle of an edge if visibility is interpolated there, under a random light: mean of
-/// |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's normal. In [0, 1]. Where a
+/// |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's shading
+/// normal. In [0, 1]. Where a
 /// and b disagree interpolation is off by 1/2 whatever lies between; halving the edge halves that share.
 inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std::span<const std::uint64_t> a,
                          std::span<const std::uint64_t> b, std::span<const std::uint64_t> middle) {
@@ -91,7 +92,7 @@ class Refiner {
     const auto [it, is_new] = index.try_emplace(key(a, b), edges.size());
     if (is_new) edges.push_back({std::min(a, b), std::max(a, b), {}, 0, 0, false});
     Edge& e = edges[it->second];
-    e.around.add(middle(e), face_normal(mesh_, face), face_centroid(mesh_, face));
+    e.around.add(middle(e), face.normal, face_centroid(mesh_, face));
   }
 
   /// Edges within the limits that are too long or miss the tolerance.
@@ -125,11 +126,11 @@ class Refiner {
   void measure(std::vector<Edge>& edges) {
     std::vector<Receiver> middles;
     for (const Edge& e : edges) {
-      middles.push_back(place_receiver(middle(e), middle_normal(e), e.around));
+      middles.push_back(middle_receiver(middle(e), middle_normal(e), e.around));
       middles.back().horizon = -1;
     }
     trace(middles, [&](std::size_t i, std::span<const std::uint64_t> bits) {
-      edges[i].error = edge_error(pilot_, middles[i].normal, row(edges[i].a), row(edges[i].b), bits);
+      edges[i].error = edge_error(pilot_, middle_normal(edges[i]), row(edges[i].a), row(edges[i].b), bits);
     });
   }
 
@@ -138,53 +139,87 @@ class Refiner {
     for_each_visibility(occluder_, pilot_, receivers, executor_, consume, [](std::size_t, std::size_t) {});
   }
 
+  using Middles = std::unordered_map<std::uint64_t, std::uint32_t>;
+
   /// Splits as many of the edges as the budget allows; false where there is nothing left to do.
   bool split_worst(std::vector<Edge> edges) {
-    const std::size_t left = options_.max_receivers - std::min(options_.max_receivers, mesh_.corners().size());
-    if (edges.size() > left) {
+    if (edges.size() > budget_left()) {
       const auto worse = [](const Edge& x, const Edge& y) { return x.error * x.length > y.error * y.length; };
       std::ranges::stable_sort(edges, worse);
-      edges.resize(left);
+      edges.resize(budget_left());
     }
-    std::unordered_map<std::uint64_t, std::uint32_t> middle_of;
+    if (edges.empty()) return false;
+    Middles middle_of;
     for (const Edge& e : edges) middle_of[key(e.a, e.b)] = mesh_.add_corner({middle(e), middle_normal(e)});
+    while (split_longest_edges(middle_of)) {
+    }
     const std::uint32_t faces = std::uint32_t(mesh_.faces().size());
-    for (std::uint32_t f = 0; f < faces && !edges.empty(); ++f)
+    for (std::uint32_t f = 0; f < faces; ++f)
       if (mesh_.is_leaf(f)) split_face(f, middle_of);
-    return !edges.empty();
+    return true;
+  }
+
+  std::size_t budget_left() const {
+    return options_.max_receivers - std::min(options_.max_receivers, mesh_.corners().size());
+  }
+
+  /// A face that is split at all is split at its longest edge too, or refinement would end in slivers that never
+  /// meet the tolerance (Rivara 1984). True where an edge was added, which may concern a neighbour.
+  bool split_longest_edges(Middles& middle_of) {
+    bool added = false;
+    for (std::uint32_t f = 0; f < mesh_.faces().size(); ++f) {
+      if (!mesh_.is_leaf(f)) continue;
+      const auto& c = mesh_.faces()[f].corners;
+      const bool is_split = middle_of.contains(key(c.x, c.y)) || middle_of.contains(key(c.y, c.z)) || middle_of.contains(key(c.z, c.x));
+      const int k = longest_edge(c);
+      const Edge e{std::min(c[k], c[(k + 1) % 3]), std::max(c[k], c[(k + 1) % 3]), {}, 0, 0, false};
+      if (!is_split || middle_of.contains(key(e.a, e.b)) || budget_left() == 0) continue;
+      middle_of[key(e.a, e.b)] = mesh_.add_corner({middle(e), middle_normal(e)});
+      added = true;
+    }
+    return added;
+  }
+
+  /// k where the edge from corner k to corner k + 1 is the longest; faces that share it agree on ties.
+  int longest_edge(const uvec3& c) const {
+    const auto rank = [&](int k) {
+      const std::uint32_t a = c[k], b = c[(k + 1) % 3];
+      const vec3 d = mesh_.corners()[a].position - mesh_.corners()[b].position;
+      return std::pair(dot(d, d), key(a, b));
+    };
+    int longest = 0;
+    for (int k = 1; k < 3; ++k)
+      if (rank(longest) < rank(k)) longest = k;
+    return longest;
   }
 
   using Vertex = std::pair<std::uint32_t, vec2>;  ///< corner and its (u, v)
-  static ReceiverMesh::Face face_of(const Vertex& a, const Vertex& b, const Vertex& c) {
-    return {uvec3(a.first, b.first, c.first), {a.second, b.second, c.second}};
-  }
 
-  /// 1, 2 or 3 middles give 2, 3 or 4 children; two middles leave a quadrilateral, cut from its sharper side.
-  void split_face(std::uint32_t f, const std::unordered_map<std::uint64_t, std::uint32_t>& middle_of) {
+  /// Seen from its longest edge, split at m: m is joined to the opposite corner, and to the middle of each other
+  /// edge that is split.
+  void split_face(std::uint32_t f, const Middles& middle_of) {
     const ReceiverMesh::Face face = mesh_.faces()[f];
-    std::array<Vertex, 3> v, m;  // m[k] lies between v[k] and v[k + 1]
-    std::array<bool, 3> split{};
-    for (int k = 0; k < 3; ++k) {
-      const auto a = std::size_t(k), b = std::size_t((k + 1) % 3);
-      v[a] = {face.corners[k], face.uv[a]};
-      const auto it = middle_of.find(key(face.corners[k], face.corners[(k + 1) % 3]));
-      split[a] = it != middle_of.end();
-      if (split[a]) m[a] = {it->second, 0.5f * (face.uv[a] + face.uv[b])};
-    }
-    mesh_.subdivide(f, children(v, m, split));
-  }
-
-  static std::vector<ReceiverMesh::Face> children(const std::array<Vertex, 3>& v, const std::array<Vertex, 3>& m,
-                                                  const std::array<bool, 3>& split) {
-    const int count = split[0] + split[1] + split[2];
-    if (count == 0) return {};
-    if (count == 3)
-      return {face_of(v[0], m[0], m[2]), face_of(m[0], v[1], m[1]), face_of(m[2], m[1], v[2]), face_of(m[0], m[1], m[2])};
-    std::size_t k = 0;  // rotate so that edge k is split, and k + 1 too where there are two
-    while (!(split[k] && (count == 1 || split[(k + 1) % 3]))) ++k;
-    const std::size_t k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-    if (count == 1) return {face_of(v[k], m[k], v[k2]), face_of(m[k], v[k1], v[k2])};
-    return {face_of(m[k], v[k1], m[k1]), face_of(v[k], m[k], m[k1]), face_of(v[k], m[k1], v[k2])};
+    const auto find = [&](std::size_t i, std::size_t j) { return middle_of.find(key(face.corners[int(i)], face.corners[int(j)])); };
+    const auto vertex = [&](std::size_t i) { return Vertex{face.corners[int(i)], face.uv[i]}; };
+    const auto middle_vertex = [&](std::size_t i, std::size_t j) { return Vertex{find(i, j)->second, 0.5f * (face.uv[i] + face.uv[j])}; };
+    const auto is_split = [&](std::size_t i, std::size_t j) { return find(i, j) != middle_of.end(); };
+    std::size_t i = std::size_t(longest_edge(face.corners));
+    for (int turn = 0; turn < 2 && !is_split(i, (i + 1) % 3); ++turn) i = (i + 1) % 3;  // only a spent budget leaves it whole
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    if (!is_split(i, j)) return;
+    const Vertex m = middle_vertex(i, j);
+    std::vector<ReceiverMesh::Face> children;
+    const auto add = [&](const Vertex& a, const Vertex& b, const Vertex& c) {
+      children.push_back({uvec3(a.first, b.first, c.first), {a.second, b.second, c.second}, face.normal});
+    };
+    const auto add_half = [&](std::size_t from, std::size_t to) {
+      if (!is_split(from, to)) return add(m, vertex(from), vertex(to));
+      add(m, vertex(from), middle_vertex(from, to));
+      add(m, middle_vertex(from, to), vertex(to));
+    };
+    add_half(j, k);
+    add_half(k, i);
+    mesh_.subdivide(f, children);
   }
 
   ReceiverMesh& mesh_;

@@ -90,6 +90,29 @@ std::size_t for_each_visibility(const O& occluder, const DirectionPackets& light
   return std::accumulate(traced.begin(), traced.end(), std::size_t{0});
 }
 
+/// Moves receivers that see nothing towards the middle of their faces, where something may be seen: a corner that
+/// lies inside another object would darken faces that are half outside. Those that are dark there too stay.
+/// `pilot`: few of the lights will do.
+template <Occluder O, Executor E>
+void free_buried_receivers(const O& occluder, const DirectionPackets& pilot, std::span<Receiver> receivers,
+                           const E& executor) {
+  executor(receivers.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> bits(words_for_bits(pilot.count()));
+    const auto sees_nothing = [&](const Receiver& r) {
+      trace_visibility(occluder, pilot, r, bits);
+      return std::ranges::all_of(bits, [](std::uint64_t word) { return word == 0; });
+    };
+    for (Receiver& receiver : receivers.subspan(begin, end - begin)) {
+      Receiver moved = receiver;
+      for (const float share : {0.25f, 0.5f, 0.75f}) {
+        if (!sees_nothing(moved)) break;
+        moved.position = receiver.position + share * receiver.inward;
+      }
+      if (!sees_nothing(moved)) receiver = moved;
+    }
+  });
+}
+
 /// What the precomputation leaves behind.
 template <Quantised Value>
 struct VisibilityCuts {
