@@ -15,12 +15,12 @@ import pathlib
 import shutil
 import struct
 
-VERTICAL_FOV = 0.5  # radians
+VERTICAL_FOV = 0.44  # radians
 ASPECT = 16 / 9
-FILLED = 0.75  # share of the frame's height
+FILLED = 0.8  # share of the frame's height
 AZIMUTH = math.radians(28)  # from +Z, the helmet's front, towards +X
-ELEVATION = math.radians(11)  # of the camera above the helmet's middle
-GROUND_EXTENT = 6  # half a side, in heights of the helmet
+ELEVATION = math.radians(17)  # of the camera above the helmet's middle
+GROUND_EXTENT = 60  # half a side, in heights of the helmet
 
 
 def positions(gltf, folder):
@@ -77,7 +77,7 @@ def add_camera(gltf, points, middle):
     right, up, backward = camera_axes()
     eye = frame(points, middle)
     matrix = [*right, 0, *up, 0, *backward, 0, *eye, 1]
-    perspective = {"yfov": VERTICAL_FOV, "aspectRatio": ASPECT, "znear": 0.01, "zfar": 100.0}
+    perspective = {"yfov": VERTICAL_FOV, "aspectRatio": ASPECT, "znear": 0.01, "zfar": 200.0}
     gltf["cameras"] = [{"name": "camera", "type": "perspective", "perspective": perspective}]
     add_node(gltf, {"name": "camera", "camera": 0, "matrix": [round(value, 7) for value in matrix]})
 

@@ -1,0 +1,255 @@
+// Selecting cuts, and merging them.
+#include <coppice/cut/merge.hpp>
+#include <coppice/reference/merge_postorder.hpp>
+
+#include "check.hpp"
+#include "demo.hpp"
+
+namespace coppice::bench {
+namespace {
+
+using VisibilityCut = Cut<std::uint8_t>;
+
+/// Receivers whose cuts are selected, in turn.
+const std::vector<std::uint32_t>& chosen_receivers() {
+  static const auto chosen = spread_indices(64, Demo::get().relighting.receivers().size());
+  return chosen;
+}
+
+/// The slow twin of VisibilityCutSelector: mean and variance of every node, from all its leaves, in floating
+/// point.
+VisibilityCut select_by_moments(const LightTree& tree, std::span<const std::uint64_t> bits,
+                                const VisibilityCutOptions& options) {
+  const std::uint32_t n = tree.leaf_count();
+  const auto moments = aggregate(
+      n,
+      [&](std::uint32_t leaf) {
+        return tree.light_of_leaf[leaf] == no_light ? Moments{} : Moments::of(bit_at(bits.data(), leaf));
+      },
+      [](const Moments& a, const Moments& b) { return a + b; });
+  const auto error = [&](std::uint32_t h) { return moments[h].squared_deviations; };
+  return cut_with_values(n, select_by_threshold(n, error, options.sigma * options.sigma, options.max_size),
+                         [&](std::uint32_t h) { return quantise<std::uint8_t>(float(moments[h].mean)); });
+}
+
+/// Share of the chosen receivers whose cut is not the twin's.
+double selection_error(const VisibilityCutOptions& options) {
+  const Demo& demo = Demo::get();
+  VisibilityCutSelector selector(demo.relighting.tree(), options);
+  std::size_t wrong = 0;
+  for (const std::uint32_t r : chosen_receivers()) {
+    const auto fast = selector.select<std::uint8_t>(demo.bits(r));
+    const auto slow = select_by_moments(demo.relighting.tree(), demo.bits(r), options);
+    wrong += fast.ends != slow.ends || fast.values != slow.values;
+  }
+  return double(wrong) / double(chosen_receivers().size());
+}
+
+template <std::size_t which>
+bool selection_agrees(benchmark::State& state) {
+  static const double error = selection_error(Demo::get().relighting.options().cuts[which]);
+  return agrees(state, error, 0);
+}
+
+template <std::size_t which>
+void select_visibility(benchmark::State& state) {
+  const Demo& demo = Demo::get();
+  if (!selection_agrees<which>(state)) return;
+  VisibilityCutSelector selector(demo.relighting.tree(), demo.relighting.options().cuts[which]);
+  std::size_t i = 0;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        selector.select<std::uint8_t>(demo.bits(chosen_receivers()[i++ % chosen_receivers().size()])));
+}
+BENCHMARK(select_visibility<0>)->Name("cut/select_visibility/sigma:1")->Unit(benchmark::kMicrosecond);
+BENCHMARK(select_visibility<1>)->Name("cut/select_visibility/sigma:2")->Unit(benchmark::kMicrosecond);
+BENCHMARK(select_visibility<2>)->Name("cut/select_visibility/sigma:3")->Unit(benchmark::kMicrosecond);
+
+void select_visibility_by_moments(benchmark::State& state) {
+  const Demo& demo = Demo::get();
+  if (!selection_agrees<usual>(state)) return;
+  std::size_t i = 0;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(select_by_moments(demo.relighting.tree(),
+                                               demo.bits(chosen_receivers()[i++ % chosen_receivers().size()]),
+                                               demo.relighting.options().cuts[usual]));
+}
+BENCHMARK(select_visibility_by_moments)
+    ->Name("cut/select_visibility_by_moments/sigma:2")
+    ->Unit(benchmark::kMicrosecond);
+
+/// The popcount pyramid alone: where all is visible the cut is the root, and its selection costs nothing.
+void count_visible(benchmark::State& state) {
+  const Demo& demo = Demo::get();
+  const std::vector<std::uint64_t> all(words_for_bits(demo.relighting.tree().leaf_count()),
+                                       ~std::uint64_t{0});
+  VisibilityCutSelector selector(demo.relighting.tree(), demo.relighting.options().cuts[usual]);
+  const auto cut = selector.select<std::uint8_t>(all);
+  const bool is_root = cut.size() == 1 && cut.values[0] == 255;
+  if (!agrees(state, is_root ? 0 : 1, 0) || !selection_agrees<usual>(state)) return;
+  for (auto _ : state) benchmark::DoNotOptimize(selector.select<std::uint8_t>(all));
+}
+BENCHMARK(count_visible)->Name("cut/count_visible")->Unit(benchmark::kMicrosecond);
+
+std::vector<float> sum_bits(std::uint32_t leaf_count, std::span<const std::uint64_t> bits) {
+  return aggregate(
+      leaf_count, [&](std::uint32_t leaf) { return float(bit_at(bits.data(), leaf)); }, std::plus<>());
+}
+
+/// The pyramid without popcounts: a float a leaf, added up.
+void count_visible_by_floats(benchmark::State& state) {
+  const Demo& demo = Demo::get();
+  const std::uint32_t n = demo.relighting.tree().leaf_count(), receiver = chosen_receivers()[0];
+  std::size_t count = 0;
+  for (const std::uint64_t word : demo.bits(receiver)) count += std::size_t(std::popcount(word));
+  if (!agrees(state, std::fabs(double(sum_bits(n, demo.bits(receiver))[1]) - double(count)), 0)) return;
+  for (auto _ : state) benchmark::DoNotOptimize(sum_bits(n, demo.bits(receiver)));
+}
+BENCHMARK(count_visible_by_floats)->Name("cut/count_visible_by_floats")->Unit(benchmark::kMicrosecond);
+
+/// The slow twin of select_by_budget: looks for the most intense node among all, each time.
+template <class Intensity>
+std::vector<std::uint32_t> select_by_scanning(std::uint32_t leaf_count, const Intensity& intensity,
+                                              std::size_t size) {
+  std::vector<std::uint32_t> nodes{1};
+  const auto splittable = [&](std::uint32_t h) { return h < leaf_count ? intensity(h) : 0.0f; };
+  while (nodes.size() < size) {
+    const auto brightest = std::ranges::max_element(nodes, {}, splittable);
+    if (splittable(*brightest) <= 0) break;
+    *brightest *= 2;
+    nodes.push_back(*brightest + 1);
+  }
+  std::vector<std::uint32_t> ends;
+  for (const std::uint32_t h : nodes) ends.push_back(leaves_below(leaf_count, h).end);
+  std::ranges::sort(ends);
+  return ends;
+}
+
+void select_illumination(benchmark::State& state) {
+  const Demo& demo = Demo::get();
+  const std::uint32_t n = demo.relighting.tree().leaf_count();
+  const auto intensity = [&](std::uint32_t h) { return luminance(demo.lighting[usual].nodes[h].power); };
+  const auto select = [&] { return select_by_budget(n, intensity, illumination_nodes); };
+  if (!agrees(state, select() == select_by_scanning(n, intensity, illumination_nodes) ? 0 : 1, 0)) return;
+  for (auto _ : state) benchmark::DoNotOptimize(select());
+}
+BENCHMARK(select_illumination)->Name("cut/select_illumination/nodes:256")->Unit(benchmark::kMicrosecond);
+
+/// The three visibility cuts of a face and the illumination cut, in the form that each way to merge them
+/// wants.
+struct FourCuts {
+  uvec3 receivers;
+  VisibilityCut a, b, c, illumination;
+  std::vector<std::vector<reference::PostorderNode>> postorder;
+
+  explicit FourCuts(const uvec3& corners) : receivers(corners) {
+    const Demo& demo = Demo::get();
+    const auto& cuts = demo.relighting.cuts(usual);
+    a = cuts.unpack(corners.x), b = cuts.unpack(corners.y), c = cuts.unpack(corners.z);
+    illumination.ends = demo.lighting[usual].ends;
+    illumination.values.assign(illumination.ends.size(), 1);
+    for (const VisibilityCut* cut : {&a, &b, &c, &illumination})
+      postorder.push_back(reference::to_postorder(CutView<std::uint8_t>(*cut)));
+  }
+
+  std::size_t size() const { return a.size() + b.size() + c.size() + illumination.size(); }
+};
+
+const std::vector<FourCuts>& chosen_faces() {
+  static const std::vector<FourCuts> chosen = [] {
+    const auto& faces = Demo::get().relighting.buffer().faces;
+    std::vector<FourCuts> four_cuts;
+    for (const std::uint32_t f : spread_indices(64, faces.size())) four_cuts.emplace_back(faces[f].receivers);
+    return four_cuts;
+  }();
+  return chosen;
+}
+
+/// Keeps the clusters that merge_face keeps: lit, and seen by a receiver.
+void push_cluster(ClusterList& clusters, LeafRange leaves, float v0, float v1, float v2) {
+  const Demo& demo = Demo::get();
+  const std::uint32_t h = node_of_range(demo.relighting.tree().leaf_count(), leaves.begin, leaves.end);
+  const LightNode& node = demo.lighting[usual].nodes[h];
+  if ((v0 != 0 || v1 != 0 || v2 != 0) && node.power != vec3(0)) clusters.push(node, v0, v1, v2);
+}
+
+struct ByMasks {
+  void operator()(const FourCuts& face, ClusterList& clusters) const {
+    const Demo& demo = Demo::get();
+    merge_face(demo.relighting.cuts(usual), face.receivers, demo.lighting[usual], clusters);
+  }
+};
+
+struct ByEnds {
+  void operator()(const FourCuts& face, ClusterList& clusters) const {
+    clusters.reset(face.size());
+    merge_cuts([&](LeafRange r, auto v0, auto v1, auto v2, auto) { push_cluster(clusters, r, v0, v1, v2); },
+               face.a, face.b, face.c, face.illumination);
+    clusters.pad();
+  }
+};
+
+struct ByPostorder {
+  void operator()(const FourCuts& face, ClusterList& clusters) const {
+    clusters.reset(face.size());
+    std::uint32_t begin = 0;
+    reference::merge_postorder(face.postorder, [&](std::uint32_t leaves, auto nodes) {
+      push_cluster(clusters, {begin, begin + leaves}, float(nodes[0].value), float(nodes[1].value),
+                   float(nodes[2].value));
+      begin += leaves;
+    });
+    clusters.pad();
+  }
+};
+
+bool equal(const ClusterList& a, const ClusterList& b) {
+  if (a.size() != b.size()) return false;
+  for (int f = 0; f < ClusterList::field_count; ++f) {
+    const auto field = ClusterList::Field(f);
+    if (!std::equal(a.field(field), a.field(field) + a.size(), b.field(field))) return false;
+  }
+  return true;
+}
+
+/// Share of the chosen faces where the clusters are not those of the paper's merge.
+template <class Merge>
+double merge_error() {
+  std::size_t wrong = 0;
+  ClusterList fast, slow;
+  for (const FourCuts& face : chosen_faces()) {
+    Merge()(face, fast);
+    ByPostorder()(face, slow);
+    wrong += !equal(fast, slow);
+  }
+  return double(wrong) / double(chosen_faces().size());
+}
+
+double mean_clusters() {
+  double sum = 0;
+  ClusterList clusters;
+  for (const FourCuts& face : chosen_faces()) {
+    ByMasks()(face, clusters);
+    sum += double(clusters.size());
+  }
+  return sum / double(chosen_faces().size());
+}
+
+template <class Merge>
+void merge(benchmark::State& state) {
+  static const double error = merge_error<Merge>(), size = mean_clusters();
+  if (!agrees(state, error, 0)) return;
+  state.counters["clusters"] = size;
+  state.counters["per_cluster"] = seconds_for_each(size);
+  ClusterList clusters;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    Merge()(chosen_faces()[i++ % chosen_faces().size()], clusters);
+    benchmark::DoNotOptimize(clusters.field(ClusterList::x));
+  }
+}
+BENCHMARK(merge<ByMasks>)->Name("cut/merge/masks")->Unit(benchmark::kMicrosecond);
+BENCHMARK(merge<ByEnds>)->Name("cut/merge/ends")->Unit(benchmark::kMicrosecond);
+BENCHMARK(merge<ByPostorder>)->Name("cut/merge/postorder")->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace coppice::bench

@@ -1,0 +1,26 @@
+// A plot of time against error as SVG.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace coppice::program {
+
+/// A line through (error in percent, milliseconds), both positive.
+struct PlotLine {
+  std::string name;
+  std::vector<std::pair<double, double>> points;
+};
+
+/// A horizontal mark at some milliseconds, for what has no error.
+struct PlotLevel {
+  std::string name;
+  double milliseconds;
+};
+
+/// Time against relRMSE on logarithmic axes, a colour a line; an SVG document.
+std::string plot_time_against_error(const std::string& title, const std::vector<PlotLine>& lines,
+                                    const std::vector<PlotLevel>& levels);
+
+}  // namespace coppice::program
