@@ -31,7 +31,7 @@ int run() {
     return 1;
   }
   if (keeper.results().empty()) return 0;
-  std::printf("\n%s, %s, one thread\n", processor().c_str(), instructions.c_str());
+  std::printf("\n%s, %s, processor time of one thread\n", processor().c_str(), instructions.c_str());
   print_comparisons(keeper.results());
   return 0;
 }

@@ -52,9 +52,19 @@ constexpr Figure figures[] = {
      "times its shadow rays alone (at most 1.5 is asked for)"},
 };
 
+std::string duration(double seconds) {
+  char text[32];
+  if (seconds < 1e-3)
+    std::snprintf(text, sizeof text, "%.3g us", 1e6 * seconds);
+  else
+    std::snprintf(text, sizeof text, "%.4g ms", 1e3 * seconds);
+  return text;
+}
+
 void print(const Comparison& row, const Result& fast, const Result& slow) {
-  std::printf("%-34s %10.4g us   %-24s %10.4g us %8.2fx %9.3g%%\n", row.what, 1e6 * fast.seconds, row.against,
-              1e6 * slow.seconds, slow.seconds / fast.seconds, 100 * fast.counters.at("error"));
+  std::printf("%-32s %10s   %-22s %10s %9.2fx %9.2g%%\n", row.what, duration(fast.seconds).c_str(),
+              row.against, duration(slow.seconds).c_str(), slow.seconds / fast.seconds,
+              100 * fast.counters.at("error"));
 }
 
 }  // namespace
@@ -64,7 +74,7 @@ void ResultKeeper::ReportRuns(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     const bool is_median = run.aggregate_name == "median";
     if (run.run_type == Run::RT_Aggregate && !is_median) continue;
-    Result result{run.GetAdjustedRealTime() / benchmark::GetTimeUnitMultiplier(run.time_unit), {}};
+    Result result{run.GetAdjustedCPUTime() / benchmark::GetTimeUnitMultiplier(run.time_unit), {}};
     for (const auto& [name, counter] : run.counters) result.counters[name] = counter.value;
     if (result.counters.contains("error")) results_[run.run_name.str()] = result;
   }
@@ -80,7 +90,7 @@ void print_comparisons(const std::map<std::string, Result>& results) {
   std::printf("\n");
   for (const Figure& row : figures)
     if (const auto found = results.find(row.benchmark); found != results.end())
-      std::printf("%-34s %10.4g %s\n", row.what, row.scale * found->second.counters.at(row.counter),
+      std::printf("%-32s %10.4g %s\n", row.what, row.scale * found->second.counters.at(row.counter),
                   row.unit);
 }
 

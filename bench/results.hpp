@@ -9,7 +9,7 @@
 namespace coppice::bench {
 
 struct Result {
-  double seconds = 0;  ///< an iteration
+  double seconds = 0;  ///< of processor time, an iteration: what other programs do counts for little
   std::map<std::string, double> counters;
 };
 

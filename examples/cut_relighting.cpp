@@ -24,6 +24,7 @@ struct Options {
 
 void add_options(CLI::App& app, Options& o) {
   add_common_options(app, o.common);
+  add_compare_options(app, o.common);
   app.add_option("--out", o.common.out, "EXR file to write; a tone-mapped PNG of the same name goes beside it")->required();
   app.add_option("--backend", o.common.backend, "where points are shaded")
       ->check(CLI::IsMember({"cpu", "vulkan"}))->capture_default_str();
@@ -52,18 +53,32 @@ float turn_of_frame(const Options& o, int frame) {
   return glm::radians(o.common.rotate_environment * float(o.frames > 1 ? frame : 1));
 }
 
+std::filesystem::path preview_path(std::filesystem::path image) { return image.replace_extension(".png"); }
+
+/// Whatever would stop the program after minutes of work.
+void check_before_work(const Options& o) {
+  if (o.common.out == preview_path(o.common.out))
+    throw InputError(o.common.out.string(), "is the name of the preview", "let --out end in .exr");
+  for (const int frame : {0, o.frames - 1}) {
+    require_writable(frame_path(o, frame));
+    require_writable(preview_path(frame_path(o, frame)));
+  }
+  if (!o.common.report.empty()) require_writable(o.common.report);
+  require_backend(o.common.backend);
+}
+
 /// One frame: times, image, and what --reference and --compare add.
 class FrameRenderer {
  public:
-  FrameRenderer(const Options& options, CutRelighting<>& relighting, Environment environment, const Threads& threads)
+  FrameRenderer(const Options& options, CutRelighting<>& relighting, Environment environment, Image comparison,
+                const Threads& threads)
       : options_(options),
         relighting_(relighting),
         environment_(std::move(environment)),
         threads_(threads),
         shader_(make_shader(options.common.backend, relighting)),
-        counts_(counted_pixels(relighting.direct())) {
-    if (!options.common.compare.empty()) comparison_ = read_comparison(options.common.compare, options.common.raster);
-  }
+        counts_(counted_pixels(relighting.direct())),
+        comparison_(std::move(comparison)) {}
 
   nlohmann::json render(int frame) {
     environment_.rotation = turn_of_frame(options_, frame);
@@ -98,9 +113,9 @@ class FrameRenderer {
     }
     if (!comparison_.pixels.empty())
       j["compared"] = errors_json(compare(image, comparison_, counts_, options_.common.compare_block));
-    std::filesystem::path path = frame_path(options_, frame);
+    const std::filesystem::path path = frame_path(options_, frame);
     write_exr(path, image.width, image.height, layers);
-    write_png(path.replace_extension(".png"), image, automatic_exposure(image, relighting_.direct().coverage));
+    write_png(preview_path(path), image, automatic_exposure(image, relighting_.direct().coverage));
   }
 
   Image add_reference(const FrameLighting& lighting, const Image& image, nlohmann::json& j) {
@@ -143,14 +158,16 @@ void print_frame(int frame, const nlohmann::json& j) {
 }
 
 void render(const Options& o) {
+  check_before_work(o);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common);
+  Image comparison = o.common.compare.empty() ? Image() : read_comparison(o.common.compare, o.common.raster);
   in.environment.rotation = turn_of_frame(o, 0);
   const EmbreeTracer tracer(in.scene);
   CutRelightingOptions settings = relighting_options(o.common, o.cut, {o.sigma});
   settings.keep_bits = o.reference;
   CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads, visibility_progress());
-  FrameRenderer renderer(o, relighting, std::move(in.environment), threads);
+  FrameRenderer renderer(o, relighting, std::move(in.environment), std::move(comparison), threads);
   nlohmann::json report = {{"program", "cut_relighting"},
                            {"settings", settings_json(o.common, o.cut)},
                            {"preparation", preparation_json(relighting, in.scene)},

@@ -1,10 +1,14 @@
 #include <support/program.hpp>
 
+#include <unistd.h>
+
+#include <cmath>
 #include <coppice/core/error.hpp>
 #include <coppice/exr/read.hpp>
 #include <coppice/gltf/load.hpp>
 #include <cstdio>
 #include <iostream>
+#include <system_error>
 
 namespace coppice::program {
 
@@ -18,6 +22,15 @@ void parse_size(const std::string& text, Raster& raster) {
       raster.height > 16384)
     throw CLI::ValidationError("--size", "'" + text + "' is not WIDTHxHEIGHT, each 1 to 16384");
 }
+
+/// CLI::Range lets NaN pass.
+const CLI::Validator finite_number(
+    [](const std::string& text) {
+      double value = 0;
+      const bool is_finite = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+      return is_finite ? std::string() : "'" + text + "' is not a finite number";
+    },
+    "FINITE");
 
 /// Sees the whole scene from +Z, a little from above, for files without a camera.
 Camera camera_around(const Mesh& mesh) {
@@ -37,7 +50,8 @@ Camera camera_around(const Mesh& mesh) {
 void add_common_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--scene", o.scene, "glTF 2.0 file (.glb or .gltf); its first camera is used")->required();
   app.add_option("--env", o.environment, "environment map, equirectangular (.hdr or .exr)")->required();
-  app.add_option("--rotate-env", o.rotate_environment, "degrees by which the environment is turned about +Y");
+  app.add_option("--rotate-env", o.rotate_environment, "degrees by which the environment is turned about +Y")
+      ->check(finite_number);
   app.add_option_function<std::string>("--size", [&o](const std::string& s) { parse_size(s, o.raster); },
                                        "WIDTHxHEIGHT of the image (1280x720)");
   app.add_option("--samples", o.raster.samples, "camera rays a pixel; 1 goes through its centre")
@@ -45,10 +59,13 @@ void add_common_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--report", o.report, "JSON file with settings, counts, times and errors");
   app.add_option("--threads", o.threads, "threads; 0 for all")->check(CLI::Range(0, 1024))->capture_default_str();
   app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")->capture_default_str();
+  app.add_flag("--lambert", o.lambert, "read every material as pure Lambert of its base colour");
+}
+
+void add_compare_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--compare", o.compare, "EXR file against which errors are reported");
   app.add_option("--compare-block", o.compare_block, "compare means over N x N pixels")
       ->check(CLI::Range(1, 1024))->capture_default_str();
-  app.add_flag("--lambert", o.lambert, "read every material as pure Lambert of its base colour");
 }
 
 void add_cut_options(CLI::App& app, CutOptions& o) {
@@ -56,7 +73,7 @@ void add_cut_options(CLI::App& app, CutOptions& o) {
       ->check(CLI::Range(std::size_t{1}, std::size_t{65536}))->capture_default_str();
   app.add_option("--receiver-tolerance", o.receiver_tolerance,
                  "split edges whose middle errs by more than this share of the lights")
-      ->check(CLI::Range(0.0, 1.0))->capture_default_str();
+      ->check(finite_number)->check(CLI::Range(0.0, 1.0))->capture_default_str();
   app.add_option("--max-receivers", o.max_receivers, "receivers at most after splitting")->capture_default_str();
   app.add_option("--receivers", o.receivers, "receivers on what the camera sees, or everywhere (seen)")
       ->transform(CLI::CheckedTransformer(
@@ -76,10 +93,24 @@ int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body)
     std::cerr << app.get_name() << ": " << e.what() << "; --help lists the options\n";
   } catch (const InputError& e) {
     std::cerr << app.get_name() << ": " << e.what() << "\n";
+  } catch (const std::system_error& e) {
+    std::cerr << app.get_name() << ": a device failed: " << e.what() << "\n";
+    return 1;
   } catch (const std::bad_alloc&) {
     std::cerr << app.get_name() << ": out of memory; lower --max-receivers, --size or --samples\n";
   }
   return 2;
+}
+
+void require_writable(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!path.has_filename()) throw InputError(path.string(), "names no file", "name a file to write");
+  if (!fs::is_directory(folder, ignored)) throw InputError(path.string(), "its directory does not exist", "create the directory first");
+  if (::access(folder.c_str(), W_OK) != 0) throw InputError(path.string(), "its directory cannot be written to", "name another directory");
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
+    throw InputError(path.string(), "exists and is not a regular file", "name another file");
 }
 
 Inputs load_inputs(const CommonOptions& options) {

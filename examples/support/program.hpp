@@ -34,10 +34,14 @@ struct CutOptions {
 };
 
 void add_common_options(CLI::App& app, CommonOptions& options);
+void add_compare_options(CLI::App& app, CommonOptions& options);
 void add_cut_options(CLI::App& app, CutOptions& options);
 
 /// Parses, then runs the body. Bad input, on the command line or from files, is one line on stderr and exit code 2.
 int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
+
+/// Throws InputError where a file of that name could not be written: asked before the work begins, not after it.
+void require_writable(const std::filesystem::path& path);
 
 /// Scene and environment of the command line; their warnings go to stderr.
 struct Inputs {

@@ -49,12 +49,22 @@ class VulkanShader : public Shader {
 
 }  // namespace
 
+void require_backend(const std::string& backend) {
+  if (backend == "cpu") return;
+#ifdef COPPICE_HAS_VULKAN
+  if (const auto error = VulkanDevice::unavailable()) throw InputError("--backend " + backend, error->what(), "use --backend cpu");
+#else
+  throw InputError("--backend " + backend, "is not part of this build", "build with -DCOPPICE_VULKAN=ON");
+#endif
+}
+
 std::unique_ptr<Shader> make_shader(const std::string& backend, const CutRelighting<>& relighting) {
   if (backend == "cpu") return std::make_unique<CpuShader>(relighting);
 #ifdef COPPICE_HAS_VULKAN
   return std::make_unique<VulkanShader>(relighting);
 #else
-  throw InputError("--backend " + backend, "is not part of this build", "build with -DCOPPICE_VULKAN=ON");
+  require_backend(backend);
+  return nullptr;
 #endif
 }
 

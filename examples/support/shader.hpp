@@ -17,6 +17,9 @@ class Shader {
   virtual std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads, std::span<std::uint32_t> clusters) = 0;
 };
 
+/// Throws InputError where that backend cannot be had: asked before the work begins. Costs as much as to open it.
+void require_backend(const std::string& backend);
+
 /// "cpu" or "vulkan". Throws InputError where that cannot be had.
 std::unique_ptr<Shader> make_shader(const std::string& backend, const CutRelighting<>& relighting);
 

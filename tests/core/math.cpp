@@ -1,4 +1,5 @@
-// The closed forms on vectors: unit or the fallback, never NaN; frames that are orthonormal in every direction.
+// The closed forms on vectors: unit or the fallback, never NaN; frames that are orthonormal in every
+// direction.
 #include <doctest/doctest.h>
 
 #include <coppice/core/math.hpp>
@@ -33,7 +34,8 @@ TEST_CASE("normalize_or returns the fallback where there is no direction, and ne
 
 TEST_CASE("make_frame completes any unit vector to a right-handed orthonormal frame") {
   Random random(2);
-  std::vector<vec3> normals{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {1, 0, -0.0f}};
+  std::vector<vec3> normals{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},    {0, -1, 0},
+                            {0, 0, 1}, {0, 0, -1}, {1, 0, -0.0f}};
   for (const float z : {-0.999999f, 0.999999f, -1e-8f}) normals.push_back(normalize(vec3(1e-4f, -1e-3f, z)));
   for (int i = 0; i < 1000; ++i) normals.push_back(random.direction());
   for (const vec3& n : normals) {

@@ -39,7 +39,8 @@ TEST_CASE("is_cut accepts exactly the cuts of a small tree") {
 }
 
 TEST_CASE("is_cut rejects gaps, overlaps, pieces that are no nodes, and leaves beyond the tree") {
-  for (const Ends& ends : {Ends{}, Ends{2}, Ends{4, 4}, Ends{2, 1, 4}, Ends{3, 4}, Ends{1, 3, 4}, Ends{8}, Ends{0, 4}})
+  for (const Ends& ends :
+       {Ends{}, Ends{2}, Ends{4, 4}, Ends{2, 1, 4}, Ends{3, 4}, Ends{1, 3, 4}, Ends{8}, Ends{0, 4}})
     CHECK_FALSE(is_cut(4, ends));
   for (const Ends& ends : {Ends{4}, Ends{2, 4}, Ends{1, 2, 4}, Ends{1, 2, 3, 4}}) CHECK(is_cut(4, ends));
   CHECK(is_cut(0, Ends{}));

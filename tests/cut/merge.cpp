@@ -53,7 +53,8 @@ void check_merge(std::uint32_t n, const Cut<Values>&... cuts) {
   RC_ASSERT(is_cut(n, visits.ends));
   double scale = 1;
   for (const auto& f : functions)
-    for (double largest = 1; const double v : f) largest = std::max(largest, std::abs(v)), scale = std::max(scale, largest);
+    for (double largest = 1; const double v : f)
+      largest = std::max(largest, std::abs(v)), scale = std::max(scale, largest);
   const double tolerance = 1e-12 * n * std::pow(scale, double(sizeof...(cuts)));
   RC_ASSERT(std::abs(product_integral(cuts...) - product_integral_per_leaf(functions)) <= tolerance);
 }
@@ -64,7 +65,9 @@ std::vector<Cut<float>> any_cuts(Random& random, std::uint32_t n) {
   return cuts;
 }
 
-std::vector<CutView<float>> views_of(const std::vector<Cut<float>>& cuts) { return {cuts.begin(), cuts.end()}; }
+std::vector<CutView<float>> views_of(const std::vector<Cut<float>>& cuts) {
+  return {cuts.begin(), cuts.end()};
+}
 
 std::vector<Leaves> expand_all(const std::vector<Cut<float>>& cuts) {
   std::vector<Leaves> functions;
@@ -86,7 +89,8 @@ double product_of_list(const std::vector<CutView<float>>& views) {
 
 }  // namespace
 
-TEST_CASE("one to six cuts of mixed types merge to the union of their ends, with every cut's value at each leaf") {
+TEST_CASE(
+    "one to six cuts of mixed types merge to the union of their ends, with every cut's value at each leaf") {
   CHECK(rc::check([] {
     const std::uint32_t n = any_leaf_count(9);
     Random random = any_random();
@@ -116,7 +120,8 @@ TEST_CASE("a list of cuts merges as the same cuts in a pack, and as their leaves
     RC_ASSERT(is_cut(n, visits.ends));
     if (cuts.size() >= 3) {
       Visits three(expand_all({cuts[0], cuts[1], cuts[2]})), listed(expand_all({cuts[0], cuts[1], cuts[2]}));
-      merge_cuts([&](LeafRange r, auto... v) { three.visit(r, {double(v)...}); }, views[0], views[1], views[2]);
+      merge_cuts([&](LeafRange r, auto... v) { three.visit(r, {double(v)...}); }, views[0], views[1],
+                 views[2]);
       merge_cut_list(span_of(views).first(3), [&](LeafRange r, std::span<const float> v) {
         listed.visit(r, {v.begin(), v.end()});
       });

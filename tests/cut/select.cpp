@@ -1,4 +1,5 @@
-// Chosen cuts honour Eq. 6, are no finer than it asks for, and stop at the cap with the worst nodes split first.
+// Chosen cuts honour Eq. 6, are no finer than it asks for, and stop at the cap with the worst nodes split
+// first.
 #include <doctest/doctest.h>
 
 #include <coppice/cut/merge.hpp>
@@ -77,7 +78,8 @@ Ends split_worst_first(std::uint32_t leaf_count, const std::vector<double>& prio
 
 std::vector<std::uint32_t> nodes_of(std::uint32_t leaf_count, const Ends& ends) {
   std::vector<std::uint32_t> nodes;
-  for_each_piece(ends, [&](LeafRange r, std::size_t) { nodes.push_back(node_of_range(leaf_count, r.begin, r.end)); });
+  for_each_piece(
+      ends, [&](LeafRange r, std::size_t) { nodes.push_back(node_of_range(leaf_count, r.begin, r.end)); });
   return nodes;
 }
 
@@ -109,7 +111,8 @@ TEST_CASE("Eq. 6 holds for the variance computed from the lights themselves") {
       const auto end = std::min(std::size_t(r.end), f.values.size());
       if (r.size() == 1 || r.begin >= end) return;
       long double mean = 0, deviations = 0;
-      for (std::size_t i = r.begin; i < end; ++i) mean += static_cast<long double>(f.values[i]) / (end - r.begin);
+      for (std::size_t i = r.begin; i < end; ++i)
+        mean += static_cast<long double>(f.values[i]) / (end - r.begin);
       for (std::size_t i = r.begin; i < end; ++i) deviations += (f.values[i] - mean) * (f.values[i] - mean);
       RC_ASSERT(deviations <= threshold * (1 + 1e-12) + 1e-12);
     });
@@ -121,7 +124,8 @@ TEST_CASE("a threshold cut is the coarsest: the parent of any piece violates Eq.
     const Sampled f = any_function();
     const double threshold = any_threshold();
     const Ends ends = select_by_threshold(f.leaf_count, f.errors(), threshold);
-    for (const std::uint32_t h : nodes_of(f.leaf_count, ends)) RC_ASSERT(h == 1 || f.error(h / 2) > threshold);
+    for (const std::uint32_t h : nodes_of(f.leaf_count, ends))
+      RC_ASSERT(h == 1 || f.error(h / 2) > threshold);
   }));
 }
 
@@ -168,7 +172,8 @@ TEST_CASE("a cap of the cut's own size changes nothing, one less costs one piece
 TEST_CASE("a budget goes to the brightest sums, not to the brightest means") {
   // One lamp among 8 leaves of sum 4, and 8 leaves of sum 8: the second half is split first.
   const std::vector<double> leaves{4, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
-  const auto sums = aggregate(16, [&](std::uint32_t i) { return leaves[i]; }, std::plus<>());
+  const auto sums = aggregate(
+      16, [&](std::uint32_t i) { return leaves[i]; }, std::plus<>());
   const auto of = [&](std::uint32_t h) { return sums[h]; };
   CHECK(select_by_budget(16, of, 1) == Ends{16});
   CHECK(select_by_budget(16, of, 2) == Ends{8, 16});
@@ -177,9 +182,12 @@ TEST_CASE("a budget goes to the brightest sums, not to the brightest means") {
 }
 
 TEST_CASE("nodes without intensity are never split, leaves neither") {
-  CHECK(select_by_budget(64, [](std::uint32_t) { return 0.0; }, 1000) == Ends{64});
-  CHECK(select_by_budget(8, [](std::uint32_t) { return 1.0; }, 1000) == Ends{1, 2, 3, 4, 5, 6, 7, 8});
-  CHECK(select_by_budget(1, [](std::uint32_t) { return 1.0; }, 10) == Ends{1});
+  CHECK(select_by_budget(
+            64, [](std::uint32_t) { return 0.0; }, 1000) == Ends{64});
+  CHECK(select_by_budget(
+            8, [](std::uint32_t) { return 1.0; }, 1000) == Ends{1, 2, 3, 4, 5, 6, 7, 8});
+  CHECK(select_by_budget(
+            1, [](std::uint32_t) { return 1.0; }, 10) == Ends{1});
 }
 
 TEST_CASE("a tree without lights has a cut without pieces") {
@@ -193,7 +201,8 @@ TEST_CASE("the product of the means on the merged cut errs by at most sigma_a si
     Random random = any_random();
     const std::uint32_t n = any_leaf_count(9);
     std::vector<float> a(n), b(n);
-    for (std::uint32_t i = 0; i < n; ++i) a[i] = random.uniform() < 0.3f, b[i] = std::exp(random_value<float>(random));
+    for (std::uint32_t i = 0; i < n; ++i)
+      a[i] = random.uniform() < 0.3f, b[i] = std::exp(random_value<float>(random));
     const Sampled f = sampled(a), g = sampled(b);
     const double sigma_a = std::sqrt(any_threshold()), sigma_b = std::sqrt(any_threshold());
     const auto cut_of = [](const Sampled& s, double sigma) {

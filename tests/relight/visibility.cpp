@@ -8,7 +8,10 @@
 #include <support/occluders.hpp>
 #include <support/scenes.hpp>
 
+#include "relight/receiver_meshes.hpp"
+
 using namespace coppice;
+using namespace relight_test;
 using namespace support;
 
 namespace {
@@ -19,20 +22,6 @@ SphereOccluder random_spheres(Random& random, int count) {
     occluder.spheres.push_back(
         {(1 + 2 * random.uniform()) * random.direction(), 0.2f + 0.6f * random.uniform()});
   return occluder;
-}
-
-std::vector<SidedTriangle> all_fronts(const Mesh& mesh) {
-  std::vector<SidedTriangle> sides;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) sides.push_back({t, true});
-  return sides;
-}
-
-/// Normals of the faces that meet at each corner.
-std::vector<std::vector<vec3>> normals_around(const ReceiverMesh& mesh) {
-  std::vector<std::vector<vec3>> normals(mesh.corners().size());
-  for (const auto& face : mesh.faces())
-    for (int k = 0; k < 3; ++k) normals[face.corners[k]].push_back(face.normal);
-  return normals;
 }
 
 void check_horizon_hides_nothing(const Mesh& mesh) {

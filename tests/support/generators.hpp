@@ -24,12 +24,14 @@ inline bool close(long double a, long double b, double relative) {
 inline coppice::Random any_random() { return coppice::Random(*rc::gen::arbitrary<std::uint64_t>()); }
 
 /// A power of two from 1 to 2^greatest_log2.
-inline std::uint32_t any_leaf_count(int greatest_log2) { return 1u << *rc::gen::inRange(0, greatest_log2 + 1); }
+inline std::uint32_t any_leaf_count(int greatest_log2) {
+  return 1u << *rc::gen::inRange(0, greatest_log2 + 1);
+}
 
 namespace detail {
 
-inline void split_at_random(coppice::Random& random, coppice::LeafRange range, std::uint32_t granule, float chance,
-                            std::vector<std::uint32_t>& ends) {
+inline void split_at_random(coppice::Random& random, coppice::LeafRange range, std::uint32_t granule,
+                            float chance, std::vector<std::uint32_t>& ends) {
   if (range.size() <= granule || random.uniform() >= chance) {
     ends.push_back(range.end);
     return;
@@ -41,7 +43,8 @@ inline void split_at_random(coppice::Random& random, coppice::LeafRange range, s
 
 }  // namespace detail
 
-/// Ends of a random cut: every node of more than `granule` leaves is split with this chance. 0: the root alone.
+/// Ends of a random cut: every node of more than `granule` leaves is split with this chance. 0: the root
+/// alone.
 inline std::vector<std::uint32_t> random_ends(coppice::Random& random, std::uint32_t leaf_count, float chance,
                                               std::uint32_t granule = 1) {
   std::vector<std::uint32_t> ends;
@@ -85,7 +88,8 @@ inline std::vector<coppice::LightSample> scattered_lights(coppice::Random& rando
                                                           const coppice::vec3& centre = coppice::vec3(0)) {
   std::vector<coppice::LightSample> lights(count);
   for (auto& light : lights) {
-    const float x = random_value<float>(random), y = random_value<float>(random), z = random_value<float>(random);
+    const float x = random_value<float>(random), y = random_value<float>(random),
+                z = random_value<float>(random);
     light = {centre + coppice::vec3(x, y, z), random.direction()};
   }
   return lights;

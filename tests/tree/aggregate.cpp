@@ -31,7 +31,8 @@ ExactMoments exact_moments(const std::vector<float>& values, std::size_t begin, 
   m.count = end - begin;
   for (std::size_t i = begin; i < end; ++i) m.mean += values[i];
   m.mean /= m.count;
-  for (std::size_t i = begin; i < end; ++i) m.squared_deviations += (values[i] - m.mean) * (values[i] - m.mean);
+  for (std::size_t i = begin; i < end; ++i)
+    m.squared_deviations += (values[i] - m.mean) * (values[i] - m.mean);
   return m;
 }
 
@@ -68,7 +69,8 @@ TEST_CASE("float sums of 10^6 values lose no more than a rounding a level") {
   std::vector<float> values(n);
   for (const bool hard : {false, true}) {
     for (float& v : values) v = hard ? std::exp(138 * random.uniform() - 69) : random.uniform();
-    const auto sums = aggregate(n, [&](std::uint32_t i) { return values[i]; }, std::plus<>());
+    const auto sums = aggregate(
+        n, [&](std::uint32_t i) { return values[i]; }, std::plus<>());
     const long double exact = std::accumulate(values.begin(), values.end(), 0.0L);
     CHECK(close(sums[1], exact, 20 * 0x1p-24));
   }

@@ -36,7 +36,8 @@ bool counts_are_consistent(const LightTree& tree) {
 
 bool padding_is_spread(const LightTree& tree) {
   for (std::uint32_t h = 1; h < tree.leaf_count(); ++h) {
-    const auto left = std::int64_t(tree.light_count[2 * h]), right = std::int64_t(tree.light_count[2 * h + 1]);
+    const auto left = std::int64_t(tree.light_count[2 * h]),
+               right = std::int64_t(tree.light_count[2 * h + 1]);
     if (left - right < 0 || left - right > 1) return false;
   }
   return true;
@@ -127,7 +128,8 @@ TEST_CASE("collinear lights make a tree in the order of the line, however they a
     for (std::uint32_t i = 0; i < count; ++i) lights[i].position = vec3(0, 10 + float(place[i]) / 64, 0);
     check_tree(lights);
     std::vector<std::uint32_t> places;
-    for (const std::uint32_t l : without_padding(build_tree(GeometricMetric(lights)))) places.push_back(place[l]);
+    for (const std::uint32_t l : without_padding(build_tree(GeometricMetric(lights))))
+      places.push_back(place[l]);
     CHECK(std::ranges::is_sorted(places));
   }
 }
@@ -176,5 +178,6 @@ TEST_CASE("other iterations make other trees, all of them whole") {
   const auto lights = scattered_lights(random, 500);
   for (const int iterations : {0, 1, 8, 20})
     CHECK(is_permutation_of_lights(build_tree(GeometricMetric(lights), {iterations}), 500));
-  CHECK(build_tree(GeometricMetric(lights), {0}).light_of_leaf != build_tree(GeometricMetric(lights)).light_of_leaf);
+  CHECK(build_tree(GeometricMetric(lights), {0}).light_of_leaf !=
+        build_tree(GeometricMetric(lights)).light_of_leaf);
 }

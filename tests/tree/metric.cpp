@@ -17,14 +17,16 @@ double squared_length(const glm::dvec3& v) { return glm::dot(v, v); }
 double squared_distance(const GeometricMetric& metric, std::uint32_t a, std::uint32_t b) {
   const auto p = metric.point(a), q = metric.point(b);
   double sum = 0;
-  for (std::size_t k = 0; k < p.size(); ++k) sum += (double(p[k]) - double(q[k])) * (double(p[k]) - double(q[k]));
+  for (std::size_t k = 0; k < p.size(); ++k)
+    sum += (double(p[k]) - double(q[k])) * (double(p[k]) - double(q[k]));
   return sum;
 }
 
 /// Eq. 11 between two samples, in double.
 double equation_11(const std::vector<LightSample>& lights, std::size_t a, std::size_t b, double weight) {
   glm::dvec3 low(lights[0].position), high = low;
-  for (const auto& l : lights) low = glm::min(low, glm::dvec3(l.position)), high = glm::max(high, glm::dvec3(l.position));
+  for (const auto& l : lights)
+    low = glm::min(low, glm::dvec3(l.position)), high = glm::max(high, glm::dvec3(l.position));
   return weight * weight / squared_length(high - low) *
              squared_length(glm::dvec3(lights[a].position) - glm::dvec3(lights[b].position)) +
          squared_length(glm::dvec3(lights[a].normal) - glm::dvec3(lights[b].normal));

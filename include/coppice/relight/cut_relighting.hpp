@@ -19,7 +19,7 @@ struct CutRelightingOptions {
   Shading shading = Shading::metallic_roughness;
   std::uint32_t light_count = 32768;             ///< directions over the sphere; a power of two wastes no leaves
   std::uint64_t seed = 0;                        ///< turns the lattice of directions at random; 0 leaves it
-  std::vector<VisibilityCutOptions> cuts{{}};    ///< one set of visibility cuts for each, from the same rays
+  std::vector<VisibilityCutOptions> cuts = std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
   RefineOptions refine;
   ReceiverScope scope = ReceiverScope::seen;
   float shortest_edge = 2;    ///< pixels; the tolerance never splits shorter edges

@@ -13,7 +13,8 @@ struct RefineOptions {
   std::size_t max_receivers = 200000;  ///< budget; edges of largest error · length are split first
 };
 
-/// Lengths between which the tolerance decides, in world units: shorter edges are never split, longer ones always.
+/// Lengths between which the tolerance decides, in world units. Longer edges are always split; shorter ones only where
+/// they are the longest of a face that is split.
 struct EdgeLimits {
   float shortest = 0;
   float longest = std::numeric_limits<float>::infinity();

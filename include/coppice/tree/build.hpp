@@ -100,7 +100,7 @@ class TreeBuilder {
 }  // namespace detail
 
 /// The light tree over metric.size() lights. Where their number is no power of two the padding is spread evenly:
-/// the halves of a node differ by at most one light. Deterministic; O(n log n · iterations), about 12 ms for 32,768
+/// the halves of a node differ by at most one light. Deterministic; O(n log n · iterations), about 40 ms for 32,768
 /// lights a core. Precondition: the metric's points are finite.
 template <class Metric>
 LightTree build_tree(const Metric& metric, TreeOptions options = {}) {

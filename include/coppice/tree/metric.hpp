@@ -28,20 +28,21 @@ class GeometricMetric {
     for (const auto& s : samples) low = glm::min(low, s.position), high = glm::max(high, s.position);
     origin_ = low;
     const float largest = glm::max(high.x - low.x, glm::max(high.y - low.y, high.z - low.z));
-    if (largest > 0) scale_ = position_weight / (largest * length((high - low) / largest));
+    if (largest > 0) largest_ = largest, scale_ = position_weight / length((high - low) / largest);
   }
 
   std::size_t size() const { return samples_.size(); }
 
   /// The sample scaled so that Eq. 11 is a squared Euclidean distance.
   Point point(std::uint32_t light) const {
-    const vec3 x = (samples_[light].position - origin_) * scale_, n = samples_[light].normal;
+    const vec3 x = (samples_[light].position - origin_) / largest_ * scale_, n = samples_[light].normal;
     return {x.x, x.y, x.z, n.x, n.y, n.z};
   }
 
  private:
   std::span<const LightSample> samples_;
   vec3 origin_{0};
+  float largest_ = 1;  ///< side of the bounding box; divided by first, as K/d overflows where d is denormal
   float scale_ = 0;
 };
 

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Puts the demo's table and picture into README.md: run ./build.sh demo first. The picture has four rays a pixel.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+build/release/bin/cut_relighting --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr \
+  --size 1280x720 --samples 4 --out build/demo/picture.exr
+mkdir -p docs/images
+cp build/demo/picture.png docs/images/flight_helmet.png
+cp build/demo/trade.svg docs/images/trade.svg
+python3 scripts/readme.py write build/demo/table.md
