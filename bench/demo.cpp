@@ -25,7 +25,7 @@ CutRelightingOptions settings() {
 
 Demo::Demo()
     : scene(load_gltf(assets / "flight_helmet" / "flight_helmet.gltf")),
-      environment(read_environment(assets / "hdri" / "city.hdr")),
+      environment(read_environment(assets / "hdri" / "workshop.hdr")),
       tracer(scene),
       relighting(scene, tracer, scene.camera.value(), environment, settings(), Threads()) {
   for (std::size_t i = 0; i < sigmas.size(); ++i)

@@ -25,17 +25,29 @@ struct Options {
 void add_options(CLI::App& app, Options& o) {
   add_common_options(app, o.common);
   add_compare_options(app, o.common);
-  app.add_option("--out", o.common.out, "EXR file to write; a tone-mapped PNG of the same name goes beside it")->required();
+  app.add_option("--out", o.common.out,
+                 "EXR file to write; a tone-mapped PNG of the same name goes beside it")
+      ->required();
   app.add_option("--backend", o.common.backend, "where points are shaded")
-      ->check(CLI::IsMember({"cpu", "vulkan"}))->capture_default_str();
-  app.add_option("--lights", o.lights, "what lights the scene")->check(CLI::IsMember({"env"}))->capture_default_str();
+      ->check(CLI::IsMember({"cpu", "vulkan"}))
+      ->capture_default_str();
+  app.add_option("--lights", o.lights, "what lights the scene")
+      ->check(CLI::IsMember({"env"}))
+      ->capture_default_str();
   app.add_option("--sigma", o.sigma, "error threshold of the visibility cuts (Eq. 6)")
-      ->check(CLI::Range(0.0, 1000.0))->capture_default_str();
+      ->check(finite_number)
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
   app.add_option("--cut-size", o.nodes, "nodes of the illumination cut at most")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20))->capture_default_str();
-  app.add_option("--frames", o.frames, "frames; above 1, frame i is turned by i times --rotate-env and numbered in its name")
-      ->check(CLI::Range(1, 100000))->capture_default_str();
-  app.add_flag("--reference", o.reference, "also sum over all lights: adds the EXR layers reference and error, and both brute-force times");
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20))
+      ->capture_default_str();
+  app.add_option("--frames", o.frames,
+                 "frames; above 1, frame i is turned by i times --rotate-env and numbered in its name")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  app.add_flag(
+      "--reference", o.reference,
+      "also sum over all lights: adds the EXR layers reference and error, and both brute-force times");
   add_cut_options(app, o.cut);
 }
 
@@ -70,8 +82,8 @@ void check_before_work(const Options& o) {
 /// One frame: times, image, and what --reference and --compare add.
 class FrameRenderer {
  public:
-  FrameRenderer(const Options& options, CutRelighting<>& relighting, Environment environment, Image comparison,
-                const Threads& threads)
+  FrameRenderer(const Options& options, CutRelighting<>& relighting, Environment environment,
+                Image comparison, const Threads& threads)
       : options_(options),
         relighting_(relighting),
         environment_(std::move(environment)),
@@ -100,14 +112,16 @@ class FrameRenderer {
  private:
   void write(int frame, const std::vector<vec3>& radiance, const std::vector<std::uint32_t>& clusters,
              const FrameLighting& lighting, nlohmann::json& j) {
-    const Image image = relighting_.image(radiance), cut_size = resolve(relighting_.buffer(), options_.common.raster, as_vectors(clusters));
+    const Image image = relighting_.image(radiance),
+                cut_size = resolve(relighting_.buffer(), options_.common.raster, as_vectors(clusters));
     std::vector<float> cut_sizes;
     for (const vec3& c : cut_size.pixels) cut_sizes.push_back(c.x);
     std::vector<Layer> layers{{"", image}, {"A", relighting_.direct().coverage}, {"cut_size.Y", cut_sizes}};
     Image reference, error(image.width, image.height);
     if (options_.reference) {
       reference = add_reference(lighting, image, j);
-      for (std::size_t i = 0; i < error.pixels.size(); ++i) error.pixels[i] = image.pixels[i] - reference.pixels[i];
+      for (std::size_t i = 0; i < error.pixels.size(); ++i)
+        error.pixels[i] = image.pixels[i] - reference.pixels[i];
       layers.push_back({"reference", reference});
       layers.push_back({"error", error});
     }
@@ -149,11 +163,12 @@ void print_frame(int frame, const nlohmann::json& j) {
   std::fprintf(stderr, "frame %d: %.1f ms", frame, j["milliseconds"].get<double>());
   if (j.contains("errors"))
     std::fprintf(stderr, ", relRMSE %.3f%% against all lights (plain %.0f ms, skipping %.0f ms)",
-                 100 * j["errors"]["rel_rmse"].get<double>(), j["brute_force_milliseconds"]["plain"].get<double>(),
+                 100 * j["errors"]["rel_rmse"].get<double>(),
+                 j["brute_force_milliseconds"]["plain"].get<double>(),
                  j["brute_force_milliseconds"]["skipping"].get<double>());
   if (j.contains("compared"))
-    std::fprintf(stderr, ", relRMSE %.3f%%, mre %.3f%% against --compare", 100 * j["compared"]["rel_rmse"].get<double>(),
-                 100 * j["compared"]["mre"].get<double>());
+    std::fprintf(stderr, ", relRMSE %.3f%%, mre %.3f%% against --compare",
+                 100 * j["compared"]["rel_rmse"].get<double>(), 100 * j["compared"]["mre"].get<double>());
   std::fprintf(stderr, "\n");
 }
 
@@ -166,7 +181,8 @@ void render(const Options& o) {
   const EmbreeTracer tracer(in.scene);
   CutRelightingOptions settings = relighting_options(o.common, o.cut, {o.sigma});
   settings.keep_bits = o.reference;
-  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads, visibility_progress());
+  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads,
+                             visibility_progress());
   FrameRenderer renderer(o, relighting, std::move(in.environment), std::move(comparison), threads);
   nlohmann::json report = {{"program", "cut_relighting"},
                            {"settings", settings_json(o.common, o.cut)},
@@ -187,7 +203,8 @@ void render(const Options& o) {
 
 int main(int argc, char** argv) {
   using namespace coppice::program;
-  CLI::App app("Relights a scene under an environment through precomputed visibility cuts.", "cut_relighting");
+  CLI::App app("Relights a scene under an environment through precomputed visibility cuts.",
+               "cut_relighting");
   Options options;
   add_options(app, options);
   return run(app, argc, argv, [&] { render(options); });

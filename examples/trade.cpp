@@ -1,11 +1,12 @@
-// Sweeps the threshold of the visibility cuts and the size of the illumination cut, and measures time against error.
+// Sweeps the threshold of the visibility cuts and the size of the illumination cut, and measures time against
+// error.
+#include <algorithm>
 #include <coppice/core/error.hpp>
 #include <coppice/embree/threads.hpp>
 #include <coppice/embree/tracer.hpp>
 #include <coppice/exr/exposure.hpp>
 #include <coppice/exr/write.hpp>
 #include <coppice/exr/write_file.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <numeric>
 #include <set>
@@ -29,9 +30,9 @@ struct Options {
 /// A setting of both knobs, and what it gave.
 struct OperatingPoint {
   double sigma = 0;
-  std::size_t nodes = 0, which = 0;  ///< which: index into the sets of visibility cuts
-  std::size_t pieces = 0;            ///< of the illumination cut
-  double clusters = 0;               ///< mean a shading point
+  std::size_t nodes = 0, which = 0;       ///< which: index into the sets of visibility cuts
+  std::size_t pieces = 0;                 ///< of the illumination cut
+  double clusters = 0;                    ///< mean a shading point
   std::vector<double> lighting, shading;  ///< milliseconds, a repetition each
   std::vector<vec3> radiance;
   ImageErrors errors;
@@ -47,14 +48,21 @@ struct Twins {
 
 void add_options(CLI::App& app, Options& o) {
   add_common_options(app, o.common);
-  app.add_option("--out", o.common.out, "CSV file to write; an SVG plot of the same name goes beside it")->required();
+  app.add_option("--out", o.common.out, "CSV file to write; an SVG plot of the same name goes beside it")
+      ->required();
   app.add_option("--sigma", o.sigmas, "thresholds of the visibility cuts, separated by commas")
-      ->delimiter(',')->check(CLI::Range(0.0, 1000.0));
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--cut-size", o.sizes, "sizes of the illumination cut, separated by commas")
-      ->delimiter(',')->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20));
-  app.add_option("--points", o.point_texts, "SIGMA:SIZE,... to measure instead of every pair of the two")->delimiter(',');
-  app.add_option("--images", o.images, "also write the image of each point and of the reference, as PREFIX_...exr and .png");
-  app.add_option("--repeat", o.repeat, "repetitions; times are their medians")->check(CLI::Range(1, 1000))->capture_default_str();
+      ->delimiter(',')
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20));
+  app.add_option("--points", o.point_texts, "SIGMA:SIZE,... to measure instead of every pair of the two")
+      ->delimiter(',');
+  app.add_option("--images", o.images,
+                 "also write the image of each point and of the reference, as PREFIX_...exr and .png");
+  app.add_option("--repeat", o.repeat, "repetitions; times are their medians")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   add_cut_options(app, o.cut);
 }
 
@@ -69,7 +77,8 @@ std::vector<OperatingPoint> operating_points(const Options& o) {
     double sigma = 0;
     unsigned nodes = 0;
     int end = 0;
-    if (std::sscanf(text.c_str(), "%lf:%u%n", &sigma, &nodes, &end) != 2 || std::size_t(end) != text.size() || !(sigma >= 0) || nodes < 1)
+    if (std::sscanf(text.c_str(), "%lf:%u%n", &sigma, &nodes, &end) != 2 || std::size_t(end) != text.size() ||
+        !(sigma >= 0) || nodes < 1)
       throw InputError("--points " + text, "is not SIGMA:SIZE", "write for example 2:256");
     add(sigma, nodes);
   }
@@ -96,7 +105,8 @@ void measure_point(OperatingPoint& p, CutRelighting<>& relighting, const Environ
   p.radiance = relighting.shade(frame, Serial{}, p.which, clusters);
   p.shading.push_back(1e3 * watch.lap());
   p.pieces = frame.ends.size();
-  p.clusters = clusters.empty() ? 0 : std::accumulate(clusters.begin(), clusters.end(), 0.0) / double(clusters.size());
+  p.clusters =
+      clusters.empty() ? 0 : std::accumulate(clusters.begin(), clusters.end(), 0.0) / double(clusters.size());
 }
 
 void measure_twins(Twins& twins, CutRelighting<>& relighting, const Environment& environment) {
@@ -106,13 +116,17 @@ void measure_twins(Twins& twins, CutRelighting<>& relighting, const Environment&
   twins.skipping.push_back(1e3 * watch.lap());
   twins.radiance = relighting.shade_by_brute_force<Skip::nothing>(frame, Serial{});
   twins.plain.push_back(1e3 * watch.lap());
-  const auto differs = [](const vec3& a, const vec3& b) { return length(a - b) > 1e-4f * (length(a) + length(b)) + 1e-12f; };
+  const auto differs = [](const vec3& a, const vec3& b) {
+    return length(a - b) > 1e-4f * (length(a) + length(b)) + 1e-12f;
+  };
   if (!std::ranges::equal(skipping, twins.radiance, std::not_fn(differs)))
     throw std::logic_error("the two brute-force twins disagree");
 }
 
-/// One thread throughout; repetitions go round all variants, so that a slow spell of the machine meets them all.
-void measure(std::vector<OperatingPoint>& points, Twins& twins, CutRelighting<>& relighting, const Environment& environment, int repeat) {
+/// One thread throughout; repetitions go round all variants, so that a slow spell of the machine meets them
+/// all.
+void measure(std::vector<OperatingPoint>& points, Twins& twins, CutRelighting<>& relighting,
+             const Environment& environment, int repeat) {
   for (int r = 0; r < repeat; ++r) {
     std::fprintf(stderr, "measuring, round %d of %d\n", r + 1, repeat);
     measure_twins(twins, relighting, environment);
@@ -123,38 +137,50 @@ void measure(std::vector<OperatingPoint>& points, Twins& twins, CutRelighting<>&
   for (auto& p : points) p.errors = image_errors(relighting.image(p.radiance), reference, counts);
 }
 
-std::string csv(const std::vector<OperatingPoint>& points, const Twins& twins, const CutRelighting<>& relighting) {
-  std::string text = "sigma,cut_size,illumination_nodes,visibility_pieces,clusters,bytes,ms_lighting,ms_shading,us_per_point,"
-                     "rel_rmse,mre,p99,times_plain,times_skipping\n";
+std::string csv(const std::vector<OperatingPoint>& points, const Twins& twins,
+                const CutRelighting<>& relighting) {
+  std::string text =
+      "sigma,cut_size,illumination_nodes,visibility_pieces,clusters,bytes,ms_lighting,ms_shading,us_per_"
+      "point,"
+      "rel_rmse,mre,p99,times_plain,times_skipping\n";
   for (const auto& p : points) {
     char line[512];
     const auto cuts = cuts_json(relighting.cuts(p.which));
-    std::snprintf(line, sizeof line, "%g,%zu,%zu,%.1f,%.1f,%zu,%.3f,%.3f,%.4f,%.6f,%.6f,%.6f,%.2f,%.2f\n", p.sigma, p.nodes, p.pieces,
-                  cuts["mean"].get<double>(), p.clusters, cuts["bytes"].get<std::size_t>(), median(p.lighting), median(p.shading),
-                  1e3 * median(p.shading) / double(std::max<std::size_t>(1, p.radiance.size())), p.errors.rel_rmse, p.errors.mre, p.errors.p99,
-                  median(twins.plain) / p.milliseconds(), median(twins.skipping) / p.milliseconds());
+    std::snprintf(line, sizeof line, "%g,%zu,%zu,%.1f,%.1f,%zu,%.3f,%.3f,%.4f,%.6f,%.6f,%.6f,%.2f,%.2f\n",
+                  p.sigma, p.nodes, p.pieces, cuts["mean"].get<double>(), p.clusters,
+                  cuts["bytes"].get<std::size_t>(), median(p.lighting), median(p.shading),
+                  1e3 * median(p.shading) / double(std::max<std::size_t>(1, p.radiance.size())),
+                  p.errors.rel_rmse, p.errors.mre, p.errors.p99, median(twins.plain) / p.milliseconds(),
+                  median(twins.skipping) / p.milliseconds());
     text += line;
   }
   return text;
 }
 
-void print_table(const std::vector<OperatingPoint>& points, const Twins& twins, const CutRelighting<>& relighting) {
+void print_table(const std::vector<OperatingPoint>& points, const Twins& twins,
+                 const CutRelighting<>& relighting) {
   const auto& buffer = relighting.buffer();
-  std::printf("%zu shading points, %.1f a face, %zu receivers, %zu lights, one thread\n\n", buffer.points.size(),
-              buffer.faces.empty() ? 0.0 : double(buffer.points.size()) / double(buffer.faces.size()), relighting.receivers().size(),
-              relighting.directions().size());
-  std::printf("| σ | illumination nodes | pieces a visibility cut | clusters a point | MB of cuts | ms a frame | relRMSE | × skipping SIMD | × plain SIMD |\n");
+  std::printf("%zu shading points, %.1f a face, %zu receivers, %zu lights, one thread\n\n",
+              buffer.points.size(),
+              buffer.faces.empty() ? 0.0 : double(buffer.points.size()) / double(buffer.faces.size()),
+              relighting.receivers().size(), relighting.directions().size());
+  std::printf(
+      "| σ | illumination nodes | pieces a visibility cut | clusters a point | MB of cuts | ms a frame | "
+      "relRMSE | × skipping SIMD | × plain SIMD |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& p : points) {
     const auto cuts = cuts_json(relighting.cuts(p.which));
-    std::printf("| %g | %zu | %.0f | %.0f | %.1f | %.0f | %.2f%% | %.1f | %.1f |\n", p.sigma, p.pieces, cuts["mean"].get<double>(), p.clusters,
-                1e-6 * cuts["bytes"].get<double>(), p.milliseconds(), 100 * p.errors.rel_rmse, median(twins.skipping) / p.milliseconds(),
+    std::printf("| %g | %zu | %.0f | %.0f | %.1f | %.0f | %.2f%% | %.1f | %.1f |\n", p.sigma, p.pieces,
+                cuts["mean"].get<double>(), p.clusters, 1e-6 * cuts["bytes"].get<double>(), p.milliseconds(),
+                100 * p.errors.rel_rmse, median(twins.skipping) / p.milliseconds(),
                 median(twins.plain) / p.milliseconds());
   }
-  std::printf("| – | all lights, skipping the unseen | | | %.1f | %.0f | 0 | 1 | %.1f |\n", 8e-6 * double(relighting.bits().size()),
-              median(twins.skipping), median(twins.plain) / median(twins.skipping));
+  std::printf("| – | all lights, skipping the unseen | | | %.1f | %.0f | 0 | 1 | %.1f |\n",
+              8e-6 * double(relighting.bits().size()), median(twins.skipping),
+              median(twins.plain) / median(twins.skipping));
   std::printf("| – | all lights | | %zu | %.1f | %.0f | 0 | %.2f | 1 |\n", relighting.directions().size(),
-              8e-6 * double(relighting.bits().size()), median(twins.plain), median(twins.skipping) / median(twins.plain));
+              8e-6 * double(relighting.bits().size()), median(twins.plain),
+              median(twins.skipping) / median(twins.plain));
 }
 
 std::string plot(const std::vector<OperatingPoint>& points, const Twins& twins) {
@@ -167,15 +193,19 @@ std::string plot(const std::vector<OperatingPoint>& points, const Twins& twins) 
     line->points.push_back({std::max(100 * p.errors.rel_rmse, 1e-4), p.milliseconds()});
   }
   for (auto& line : lines) std::ranges::sort(line.points);
-  return plot_time_against_error("Time against error", lines, {{"all lights, SIMD", median(twins.plain)}, {"skipping the unseen", median(twins.skipping)}});
+  return plot_time_against_error(
+      "Time against error", lines,
+      {{"all lights, SIMD", median(twins.plain)}, {"skipping the unseen", median(twins.skipping)}});
 }
 
-void write_images(const Options& o, const std::vector<OperatingPoint>& points, const Twins& twins, const CutRelighting<>& relighting) {
+void write_images(const Options& o, const std::vector<OperatingPoint>& points, const Twins& twins,
+                  const CutRelighting<>& relighting) {
   const Image reference = relighting.image(twins.radiance);
   const float exposure = automatic_exposure(reference, relighting.direct().coverage);
   const auto write = [&](const std::string& suffix, const Image& image) {
     const std::string base = o.images.string() + "_" + suffix;
-    write_exr(base + ".exr", image.width, image.height, {{"", image}, {"A", relighting.direct().coverage}, {"reference", reference}});
+    write_exr(base + ".exr", image.width, image.height,
+              {{"", image}, {"A", relighting.direct().coverage}, {"reference", reference}});
     write_png(base + ".png", image, exposure);
   };
   write("reference", reference);
@@ -194,7 +224,8 @@ void sweep(const Options& o) {
   const EmbreeTracer tracer(in.scene);
   CutRelightingOptions settings = relighting_options(o.common, o.cut, distinct_sigmas(points));
   settings.keep_bits = true;
-  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads, visibility_progress());
+  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads,
+                             visibility_progress());
   Twins twins;
   measure(points, twins, relighting, in.environment, o.repeat);
   write_file(o.common.out, csv(points, twins, relighting));
@@ -202,11 +233,18 @@ void sweep(const Options& o) {
   if (!o.images.empty()) write_images(o, points, twins, relighting);
   print_table(points, twins, relighting);
   if (o.common.report.empty()) return;
-  nlohmann::json report = {{"program", "trade"}, {"settings", settings_json(o.common, o.cut)}, {"preparation", preparation_json(relighting, in.scene)},
-                           {"brute_force_milliseconds", {{"plain", median(twins.plain)}, {"skipping", median(twins.skipping)}}}};
+  nlohmann::json report = {
+      {"program", "trade"},
+      {"settings", settings_json(o.common, o.cut)},
+      {"preparation", preparation_json(relighting, in.scene)},
+      {"brute_force_milliseconds", {{"plain", median(twins.plain)}, {"skipping", median(twins.skipping)}}}};
   for (const auto& p : points)
-    report["points"].push_back({{"sigma", p.sigma}, {"cut_size", p.nodes}, {"clusters", p.clusters}, {"milliseconds", p.milliseconds()},
-                                {"visibility_cuts", cuts_json(relighting.cuts(p.which))}, {"errors", errors_json(p.errors)}});
+    report["points"].push_back({{"sigma", p.sigma},
+                                {"cut_size", p.nodes},
+                                {"clusters", p.clusters},
+                                {"milliseconds", p.milliseconds()},
+                                {"visibility_cuts", cuts_json(relighting.cuts(p.which))},
+                                {"errors", errors_json(p.errors)}});
   write_report(o.common.report, report);
 }
 

@@ -15,6 +15,7 @@ fi
   --benchmark_out="$build/bench.json" --benchmark_out_format=json "$@"
 
 if [[ -x $build/bin/trade ]]; then
-  "$build/bin/trade" --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/city.hdr --size 1280x720 \
+  "$build/bin/trade" --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr --size 1280x720 \
     --sigma 1,2,3 --cut-size 128,256,512 --out "$build/trade.csv"
 fi
+if [[ -x $build/bin/knobs ]]; then "$build/bin/knobs"; fi

@@ -1,8 +1,7 @@
-#include <support/plot.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <support/plot.hpp>
 
 namespace coppice::program {
 
@@ -48,16 +47,21 @@ void draw_axes(std::string& svg, const LogAxis& x, const LogAxis& y) {
     append(svg, "<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#ddd'/>\n", left, y(t), right, y(t));
     append(svg, "<text x='%.0f' y='%.1f' text-anchor='end'>%g</text>\n", left - 8, y(t) + 4, t);
   }
-  append(svg, "<text x='%.0f' y='%.0f' text-anchor='middle'>relRMSE against all lights, %%</text>\n", (left + right) / 2, bottom + 42);
-  append(svg, "<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>milliseconds, one thread</text>\n",
+  append(svg, "<text x='%.0f' y='%.0f' text-anchor='middle'>relRMSE against all lights, %%</text>\n",
+         (left + right) / 2, bottom + 42);
+  append(svg,
+         "<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>milliseconds, one "
+         "thread</text>\n",
          (top + bottom) / 2, (top + bottom) / 2);
 }
 
-void draw_line(std::string& svg, const PlotLine& line, const char* colour, const LogAxis& x, const LogAxis& y, double legend) {
+void draw_line(std::string& svg, const PlotLine& line, const char* colour, const LogAxis& x, const LogAxis& y,
+               double legend) {
   append(svg, "<polyline fill='none' stroke='%s' stroke-width='2' points='", colour);
   for (const auto& [error, ms] : line.points) append(svg, "%.1f,%.1f ", x(error), y(ms));
   svg += "'/>\n";
-  for (const auto& [error, ms] : line.points) append(svg, "<circle cx='%.1f' cy='%.1f' r='4' fill='%s'/>\n", x(error), y(ms), colour);
+  for (const auto& [error, ms] : line.points)
+    append(svg, "<circle cx='%.1f' cy='%.1f' r='4' fill='%s'/>\n", x(error), y(ms), colour);
   append(svg, "<text x='%.0f' y='%.1f' fill='%s'>%s</text>\n", right + 12, legend, colour, line.name.c_str());
 }
 
@@ -71,20 +75,24 @@ std::string plot_time_against_error(const std::string& title, const std::vector<
       x_low = std::min(x_low, error), x_high = std::max(x_high, error);
       y_low = std::min(y_low, ms), y_high = std::max(y_high, ms);
     }
-  for (const auto& level : levels) y_low = std::min(y_low, level.milliseconds), y_high = std::max(y_high, level.milliseconds);
+  for (const auto& level : levels)
+    y_low = std::min(y_low, level.milliseconds), y_high = std::max(y_high, level.milliseconds);
   const LogAxis x(std::clamp(x_low, 1e-5, 1e5), std::clamp(x_high, 1e-5, 1e6), left, right);
   const LogAxis y(std::clamp(y_low, 1e-5, 1e7), std::clamp(y_high, 1e-5, 1e7), bottom, top);
-  std::string svg = "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='480' font-family='sans-serif' font-size='13'>\n"
-                    "<rect width='900' height='480' fill='white'/>\n";
+  std::string svg =
+      "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='480' font-family='sans-serif' "
+      "font-size='13'>\n"
+      "<rect width='900' height='480' fill='white'/>\n";
   append(svg, "<text x='%.0f' y='28' font-size='16'>%s</text>\n", left, title.c_str());
   draw_axes(svg, x, y);
   double legend = top + 10;
   for (std::size_t i = 0; i < lines.size(); ++i, legend += 20)
     draw_line(svg, lines[i], colours[i % std::size(colours)], x, y, legend);
   for (const auto& level : levels) {
-    append(svg, "<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#444' stroke-dasharray='6 4'/>\n", left,
-           y(level.milliseconds), right, y(level.milliseconds));
-    append(svg, "<text x='%.0f' y='%.1f' fill='#444'>%s</text>\n", right + 12, y(level.milliseconds) + 4, level.name.c_str());
+    append(svg, "<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#444' stroke-dasharray='6 4'/>\n",
+           left, y(level.milliseconds), right, y(level.milliseconds));
+    append(svg, "<text x='%.0f' y='%.1f' fill='#444'>%s</text>\n", right + 12, y(level.milliseconds) + 4,
+           level.name.c_str());
   }
   return svg + "</svg>\n";
 }

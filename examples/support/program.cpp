@@ -1,5 +1,3 @@
-#include <support/program.hpp>
-
 #include <unistd.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <coppice/gltf/load.hpp>
 #include <cstdio>
 #include <iostream>
+#include <support/program.hpp>
 #include <system_error>
 
 namespace coppice::program {
@@ -22,15 +21,6 @@ void parse_size(const std::string& text, Raster& raster) {
       raster.height > 16384)
     throw CLI::ValidationError("--size", "'" + text + "' is not WIDTHxHEIGHT, each 1 to 16384");
 }
-
-/// CLI::Range lets NaN pass.
-const CLI::Validator finite_number(
-    [](const std::string& text) {
-      double value = 0;
-      const bool is_finite = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
-      return is_finite ? std::string() : "'" + text + "' is not a finite number";
-    },
-    "FINITE");
 
 /// Sees the whole scene from +Z, a little from above, for files without a camera.
 Camera camera_around(const Mesh& mesh) {
@@ -47,39 +37,67 @@ Camera camera_around(const Mesh& mesh) {
 
 }  // namespace
 
+const CLI::Validator finite_number(
+    [](const std::string& text) {
+      double value = 0;
+      const bool is_finite = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+      return is_finite ? std::string() : "'" + text + "' is not a finite number";
+    },
+    "FINITE");
+
 void add_common_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--scene", o.scene, "glTF 2.0 file (.glb or .gltf); its first camera is used")->required();
   app.add_option("--env", o.environment, "environment map, equirectangular (.hdr or .exr)")->required();
   app.add_option("--rotate-env", o.rotate_environment, "degrees by which the environment is turned about +Y")
       ->check(finite_number);
-  app.add_option_function<std::string>("--size", [&o](const std::string& s) { parse_size(s, o.raster); },
-                                       "WIDTHxHEIGHT of the image (1280x720)");
+  app.add_option_function<std::string>(
+      "--size", [&o](const std::string& s) { parse_size(s, o.raster); },
+      "WIDTHxHEIGHT of the image (1280x720)");
   app.add_option("--samples", o.raster.samples, "camera rays a pixel; 1 goes through its centre")
-      ->check(CLI::Range(1, 1024))->capture_default_str();
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   app.add_option("--report", o.report, "JSON file with settings, counts, times and errors");
-  app.add_option("--threads", o.threads, "threads; 0 for all")->check(CLI::Range(0, 1024))->capture_default_str();
-  app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")->capture_default_str();
-  app.add_flag("--lambert", o.lambert, "read every material as pure Lambert of its base colour");
+  app.add_option("--threads", o.threads, "threads; 0 for all")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")
+      ->capture_default_str();
+  app.add_option("--brdf", o.shading, "how materials are read (gltf)")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, Shading>{{"gltf", Shading::metallic_roughness},
+                                                                 {"lambert", Shading::lambert},
+                                                                 {"phong", Shading::phong},
+                                                                 {"blinn-phong", Shading::blinn_phong},
+                                                                 {"ward", Shading::ward}}));
+  app.add_flag_callback(
+      "--lambert", [&o] { o.shading = Shading::lambert; }, "short for --brdf lambert");
 }
 
 void add_compare_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--compare", o.compare, "EXR file against which errors are reported");
   app.add_option("--compare-block", o.compare_block, "compare means over N x N pixels")
-      ->check(CLI::Range(1, 1024))->capture_default_str();
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
 }
 
 void add_cut_options(CLI::App& app, CutOptions& o) {
   app.add_option("--max-cut-size", o.max_cut_size, "pieces of a visibility cut at most")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{65536}))->capture_default_str();
+      ->check(CLI::Range(std::size_t{1}, std::size_t{65536}))
+      ->capture_default_str();
   app.add_option("--receiver-tolerance", o.receiver_tolerance,
                  "split edges whose middle errs by more than this share of the lights")
-      ->check(finite_number)->check(CLI::Range(0.0, 1.0))->capture_default_str();
-  app.add_option("--max-receivers", o.max_receivers, "receivers at most after splitting")->capture_default_str();
+      ->check(finite_number)
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--max-receivers", o.max_receivers, "receivers at most after splitting")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30))
+      ->capture_default_str();
   app.add_option("--receivers", o.receivers, "receivers on what the camera sees, or everywhere (seen)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, ReceiverScope>{{"seen", ReceiverScope::seen}, {"all", ReceiverScope::all}}));
   app.add_option("--light-count", o.lights, "lights over the sphere")
-      ->check(CLI::Range(1u, 1u << 20))->capture_default_str();
+      ->check(CLI::Range(1u, 1u << 20))
+      ->capture_default_str();
 }
 
 int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
@@ -107,8 +125,10 @@ void require_writable(const std::filesystem::path& path) {
   std::error_code ignored;
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!path.has_filename()) throw InputError(path.string(), "names no file", "name a file to write");
-  if (!fs::is_directory(folder, ignored)) throw InputError(path.string(), "its directory does not exist", "create the directory first");
-  if (::access(folder.c_str(), W_OK) != 0) throw InputError(path.string(), "its directory cannot be written to", "name another directory");
+  if (!fs::is_directory(folder, ignored))
+    throw InputError(path.string(), "its directory does not exist", "create the directory first");
+  if (::access(folder.c_str(), W_OK) != 0)
+    throw InputError(path.string(), "its directory cannot be written to", "name another directory");
   if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
     throw InputError(path.string(), "exists and is not a regular file", "name another file");
 }
@@ -116,7 +136,8 @@ void require_writable(const std::filesystem::path& path) {
 Inputs load_inputs(const CommonOptions& options) {
   Inputs in{load_gltf(options.scene), {}, read_environment(options.environment)};
   for (const auto& warning : in.scene.warnings) std::cerr << "warning: " << warning << "\n";
-  if (!in.scene.camera) std::cerr << "warning: " << options.scene.string() << ": no camera; looking at the whole scene from +Z\n";
+  if (!in.scene.camera)
+    std::cerr << "warning: " << options.scene.string() << ": no camera; looking at the whole scene from +Z\n";
   in.camera = in.scene.camera.value_or(camera_around(in.scene.mesh));
   return in;
 }
@@ -125,7 +146,7 @@ CutRelightingOptions relighting_options(const CommonOptions& common, const CutOp
                                         const std::vector<double>& sigmas) {
   CutRelightingOptions o;
   o.raster = common.raster;
-  o.shading = common.lambert ? Shading::lambert : Shading::metallic_roughness;
+  o.shading = common.shading;
   o.light_count = cut.lights;
   o.seed = common.seed;
   o.cuts.clear();
@@ -143,7 +164,8 @@ Progress visibility_progress() {
     if (!finished && seconds - last < 0.5) return;
     last = seconds;
     const double left = seconds / double(done) * double(total - done);
-    std::fprintf(stderr, "visibility %zu/%zu receivers, %.0f s left  %s", done, total, left, finished ? "\n" : "\r");
+    std::fprintf(stderr, "visibility %zu/%zu receivers, %.0f s left  %s", done, total, left,
+                 finished ? "\n" : "\r");
   };
 }
 

@@ -21,7 +21,7 @@ struct CommonOptions {
   int threads = 0;
   std::uint64_t seed = 0;
   int compare_block = 1;
-  bool lambert = false;
+  Shading shading = Shading::metallic_roughness;
 };
 
 /// The options of the precomputation by cuts.
@@ -33,14 +33,19 @@ struct CutOptions {
   std::uint32_t lights = CutRelightingOptions{}.light_count;
 };
 
+/// Accepts numbers but NaN and infinity; CLI::Range lets NaN pass.
+extern const CLI::Validator finite_number;
+
 void add_common_options(CLI::App& app, CommonOptions& options);
 void add_compare_options(CLI::App& app, CommonOptions& options);
 void add_cut_options(CLI::App& app, CutOptions& options);
 
-/// Parses, then runs the body. Bad input, on the command line or from files, is one line on stderr and exit code 2.
+/// Parses, then runs the body. Bad input, on the command line or from files, is one line on stderr and exit
+/// code 2.
 int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
 
-/// Throws InputError where a file of that name could not be written: asked before the work begins, not after it.
+/// Throws InputError where a file of that name could not be written: asked before the work begins, not after
+/// it.
 void require_writable(const std::filesystem::path& path);
 
 /// Scene and environment of the command line; their warnings go to stderr.

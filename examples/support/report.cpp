@@ -1,13 +1,30 @@
-#include <support/report.hpp>
-
 #include <algorithm>
 #include <coppice/core/error.hpp>
 #include <coppice/exr/read.hpp>
 #include <coppice/exr/write_file.hpp>
+#include <support/report.hpp>
 
 namespace coppice::program {
 
 using nlohmann::json;
+
+namespace {
+const char* brdf_name(Shading shading) {
+  switch (shading) {
+    case Shading::metallic_roughness:
+      return "gltf";
+    case Shading::lambert:
+      return "lambert";
+    case Shading::phong:
+      return "phong";
+    case Shading::blinn_phong:
+      return "blinn-phong";
+    case Shading::ward:
+      return "ward";
+  }
+  return "";
+}
+}  // namespace
 
 json settings_json(const CommonOptions& c, const CutOptions& o) {
   return {{"scene", c.scene.string()},
@@ -19,7 +36,7 @@ json settings_json(const CommonOptions& c, const CutOptions& o) {
           {"backend", c.backend},
           {"threads", c.threads},
           {"seed", c.seed},
-          {"lambert", c.lambert},
+          {"brdf", brdf_name(c.shading)},
           {"lights", o.lights},
           {"max_cut_size", o.max_cut_size},
           {"receiver_tolerance", o.receiver_tolerance},
@@ -29,14 +46,16 @@ json settings_json(const CommonOptions& c, const CutOptions& o) {
 
 json preparation_json(const CutRelighting<>& relighting, const Scene& scene) {
   const PreparationReport& r = relighting.report();
-  return {{"triangles", scene.mesh.triangles.size()},
-          {"lights", relighting.directions().size()},
-          {"receivers", r.receivers},
-          {"receivers_before_refinement", r.unrefined_receivers},
-          {"shadow_rays", r.rays},
-          {"shading_points", relighting.buffer().points.size()},
-          {"shading_faces", relighting.buffer().faces.size()},
-          {"seconds", {{"tree", r.tree}, {"camera", r.camera}, {"refinement", r.refinement}, {"visibility", r.visibility}}}};
+  return {
+      {"triangles", scene.mesh.triangles.size()},
+      {"lights", relighting.directions().size()},
+      {"receivers", r.receivers},
+      {"receivers_before_refinement", r.unrefined_receivers},
+      {"shadow_rays", r.rays},
+      {"shading_points", relighting.buffer().points.size()},
+      {"shading_faces", relighting.buffer().faces.size()},
+      {"seconds",
+       {{"tree", r.tree}, {"camera", r.camera}, {"refinement", r.refinement}, {"visibility", r.visibility}}}};
 }
 
 json cuts_json(const MaskedCuts<std::uint8_t>& cuts) {
@@ -50,7 +69,8 @@ json cuts_json(const MaskedCuts<std::uint8_t>& cuts) {
 }
 
 json errors_json(const ImageErrors& e) {
-  return {{"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse}, {"p99", e.p99}, {"pixels", e.pixels}};
+  return {
+      {"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse}, {"p99", e.p99}, {"pixels", e.pixels}};
 }
 
 std::vector<bool> counted_pixels(const DirectImage& direct) {
@@ -75,7 +95,9 @@ Image read_comparison(const std::filesystem::path& path, const Raster& raster) {
   return image;
 }
 
-void write_report(const std::filesystem::path& path, const json& report) { write_file(path, report.dump(2) + "\n"); }
+void write_report(const std::filesystem::path& path, const json& report) {
+  write_file(path, report.dump(2) + "\n");
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;

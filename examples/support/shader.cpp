@@ -1,6 +1,5 @@
-#include <support/shader.hpp>
-
 #include <coppice/core/error.hpp>
+#include <support/shader.hpp>
 #ifdef COPPICE_HAS_VULKAN
 #include <coppice/vulkan/cut_shader.hpp>
 #endif
@@ -12,7 +11,8 @@ namespace {
 class CpuShader : public Shader {
  public:
   explicit CpuShader(const CutRelighting<>& relighting) : relighting_(relighting) {}
-  std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads, std::span<std::uint32_t> clusters) override {
+  std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads,
+                          std::span<std::uint32_t> clusters) override {
     return relighting_.shade(lighting, threads, 0, clusters);
   }
 
@@ -52,7 +52,8 @@ class VulkanShader : public Shader {
 void require_backend(const std::string& backend) {
   if (backend == "cpu") return;
 #ifdef COPPICE_HAS_VULKAN
-  if (const auto error = VulkanDevice::unavailable()) throw InputError("--backend " + backend, error->what(), "use --backend cpu");
+  if (const auto error = VulkanDevice::unavailable())
+    throw InputError("--backend " + backend, error->what(), "use --backend cpu");
 #else
   throw InputError("--backend " + backend, "is not part of this build", "build with -DCOPPICE_VULKAN=ON");
 #endif

@@ -14,10 +14,12 @@ class Shader {
  public:
   virtual ~Shader() = default;
   /// Radiance by point; `clusters` receives each point's number of clusters where the backend knows it.
-  virtual std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads, std::span<std::uint32_t> clusters) = 0;
+  virtual std::vector<vec3> shade(const FrameLighting& lighting, const Threads& threads,
+                                  std::span<std::uint32_t> clusters) = 0;
 };
 
-/// Throws InputError where that backend cannot be had: asked before the work begins. Costs as much as to open it.
+/// Throws InputError where that backend cannot be had: asked before the work begins. Costs as much as to open
+/// it.
 void require_backend(const std::string& backend);
 
 /// "cpu" or "vulkan". Throws InputError where that cannot be had.

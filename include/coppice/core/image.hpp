@@ -14,7 +14,8 @@ struct Image {
   std::vector<vec3> pixels;
 
   Image() = default;
-  Image(int w, int h, vec3 fill = vec3(0)) : width(w), height(h), pixels(std::size_t(w) * std::size_t(h), fill) {}
+  Image(int w, int h, vec3 fill = vec3(0))
+      : width(w), height(h), pixels(std::size_t(w) * std::size_t(h), fill) {}
 
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width) + std::size_t(x); }
   vec3& at(int x, int y) { return pixels[index(x, y)]; }

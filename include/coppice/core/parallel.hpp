@@ -6,8 +6,8 @@
 
 namespace coppice {
 
-/// Something that runs body(begin, end) over disjoint ranges which together cover [0, count), on any threads and
-/// in any order, in pieces of about `grain`. Results must not depend on the pieces.
+/// Something that runs body(begin, end) over disjoint ranges which together cover [0, count), on any threads
+/// and in any order, in pieces of about `grain`. Results must not depend on the pieces.
 template <class E>
 concept Executor = requires(const E& executor, void (*body)(std::size_t, std::size_t)) {
   executor(std::size_t{}, std::size_t{}, body);

@@ -10,9 +10,9 @@
 
 namespace coppice {
 
-/// log2 of the leaves in a granule for binary functions at threshold σ. Their variance is at most 1/4, so a node
-/// of m <= 4σ² leaves always passes Cuts Eq. 6 and no cut ends inside it. At most 32 leaves, at least 1, and never
-/// more than the tree has.
+/// log2 of the leaves in a granule for binary functions at threshold σ. Their variance is at most 1/4, so a
+/// node of m <= 4σ² leaves always passes Cuts Eq. 6 and no cut ends inside it. At most 32 leaves, at least 1,
+/// and never more than the tree has.
 inline std::uint32_t granule_log2_for(double sigma, std::uint32_t leaf_count) {
   std::uint32_t log2 = 0;
   while (log2 < 5 && double(2u << log2) <= 4 * sigma * sigma && (2u << log2) <= leaf_count) ++log2;
@@ -33,7 +33,9 @@ class MaskedCuts {
  public:
   MaskedCuts() = default;
   MaskedCuts(std::uint32_t leaf_count, std::uint32_t granule_log2)
-      : leaf_count_(leaf_count), granule_log2_(granule_log2), words_per_cut_(((leaf_count >> granule_log2) + 31) / 32) {}
+      : leaf_count_(leaf_count),
+        granule_log2_(granule_log2),
+        words_per_cut_(((leaf_count >> granule_log2) + 31) / 32) {}
 
   std::uint32_t leaf_count() const { return leaf_count_; }
   std::uint32_t granule_log2() const { return granule_log2_; }

@@ -10,13 +10,12 @@
 
 namespace coppice {
 
-/// Calls visit(LeafRange, value of each cut...) once for each piece of the merged cut, from left to right. Every step
-/// yields one cluster, so the cost is the size of the merged cut; the paper's traversal (Cuts section 3.2,
-/// reference/merge_postorder.hpp) spends steps on nodes that do not overlap. Any number of cuts from 1 up, of any
-/// value types. Precondition: all are cuts of one tree.
+/// Calls visit(LeafRange, value of each cut...) once for each piece of the merged cut, from left to right.
+/// Every step yields one cluster, so the cost is the size of the merged cut; the paper's traversal (Cuts
+/// section 3.2, reference/merge_postorder.hpp) spends steps on nodes that do not overlap. Any number of cuts
+/// from 1 up, of any value types. Precondition: all are cuts of one tree.
 template <class Visit, class... Cuts>
-  requires(sizeof...(Cuts) >= 1)
-void merge_cuts(Visit&& visit, const Cuts&... cuts) {
+requires(sizeof...(Cuts) >= 1) void merge_cuts(Visit&& visit, const Cuts&... cuts) {
   const std::array<std::size_t, sizeof...(Cuts)> sizes{cuts.ends.size()...};
   COPPICE_ASSERT(std::ranges::all_of(sizes, [&](std::size_t s) { return (s == 0) == (sizes[0] == 0); }));
   if (sizes[0] == 0) return;
@@ -28,7 +27,8 @@ void merge_cuts(Visit&& visit, const Cuts&... cuts) {
       ((at[I] += cuts.ends[at[I]] == end), ...);
       begin = end;
     }
-  }(std::index_sequence_for<Cuts...>{});
+  }
+  (std::index_sequence_for<Cuts...>{});
 }
 
 /// The same where the number of cuts is known at run time: visit(LeafRange, span of one value a cut).

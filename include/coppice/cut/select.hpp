@@ -25,8 +25,8 @@ struct Candidate {
 
 }  // namespace detail
 
-/// Starts from the root and splits the node of highest priority(h) until every node has at most `threshold` or the
-/// cut has max_size pieces (Cuts section 3.2). Leaves are never split. Returns the ends of the pieces.
+/// Starts from the root and splits the node of highest priority(h) until every node has at most `threshold`
+/// or the cut has max_size pieces (Cuts section 3.2). Leaves are never split. Returns the ends of the pieces.
 /// O(size · log size). Precondition: priorities are not NaN; max_size >= 1.
 template <class Priority>
 std::vector<std::uint32_t> refine_cut(std::uint32_t leaf_count, Priority&& priority, double threshold,
@@ -58,15 +58,16 @@ std::vector<std::uint32_t> refine_cut(std::uint32_t leaf_count, Priority&& prior
   return ends;
 }
 
-/// The coarsest cut in which every inner node has error(h) <= threshold, as long as it needs no more than max_size
-/// pieces; beyond that the worst nodes are split first until max_size is reached. With error(h) = |C|·var and
-/// threshold σ² this is Cuts Eq. 6. The usual case is one stackless walk over the nodes above the cut.
+/// The coarsest cut in which every inner node has error(h) <= threshold, as long as it needs no more than
+/// max_size pieces; beyond that the worst nodes are split first until max_size is reached. With error(h) =
+/// |C|·var and threshold σ² this is Cuts Eq. 6. The usual case is one stackless walk over the nodes above the
+/// cut.
 template <class Error>
 std::vector<std::uint32_t> select_by_threshold(std::uint32_t leaf_count, Error&& error, double threshold,
                                                std::size_t max_size = unlimited) {
   std::vector<std::uint32_t> ends;
   walk_tree(leaf_count, [&](std::uint32_t h) {
-    if (h < leaf_count && double(error(h)) > threshold) return true;
+    if (h<leaf_count&& double(error(h))> threshold) return true;
     ends.push_back(leaves_below(leaf_count, h).end);
     return false;
   });
@@ -74,11 +75,12 @@ std::vector<std::uint32_t> select_by_threshold(std::uint32_t leaf_count, Error&&
   return refine_cut(leaf_count, error, threshold, max_size);
 }
 
-/// The cut of at most max_size pieces that splits the most intense node first (Cuts section 3.2, illumination):
-/// intensity(h) is the SUM over the cluster; by the mean the error is several times larger (docs/cut.md). Nodes
-/// without intensity are never split, so a dark environment has a cut of one piece.
+/// The cut of at most max_size pieces that splits the most intense node first (Cuts section 3.2,
+/// illumination): intensity(h) is the SUM over the cluster; by the mean the error is several times larger
+/// (docs/cut.md). Nodes without intensity are never split, so a dark environment has a cut of one piece.
 template <class Intensity>
-std::vector<std::uint32_t> select_by_budget(std::uint32_t leaf_count, Intensity&& intensity, std::size_t max_size) {
+std::vector<std::uint32_t> select_by_budget(std::uint32_t leaf_count, Intensity&& intensity,
+                                            std::size_t max_size) {
   return refine_cut(leaf_count, intensity, 0.0, max_size);
 }
 

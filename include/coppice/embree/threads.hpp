@@ -1,10 +1,11 @@
 // An Executor on oneTBB.
 #pragma once
 
-#include <coppice/core/parallel.hpp>
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+
+#include <coppice/core/parallel.hpp>
 
 namespace coppice {
 

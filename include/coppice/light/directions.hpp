@@ -9,9 +9,9 @@
 namespace coppice {
 
 /// `count` unit directions on the spherical Fibonacci lattice (Swinbank and Purser 2006): neighbours of near
-/// equal area and no direction of preference, in closed form and so the same everywhere. The paper scatters points
-/// at random and lets them repel each other (Cuts section 4.1), which ends at the same evenness for O(count²) work.
-/// A seed other than 0 turns the whole lattice at random.
+/// equal area and no direction of preference, in closed form and so the same everywhere. The paper scatters
+/// points at random and lets them repel each other (Cuts section 4.1), which ends at the same evenness for
+/// O(count²) work. A seed other than 0 turns the whole lattice at random.
 inline std::vector<vec3> even_directions(std::uint32_t count, std::uint64_t seed = 0) {
   std::vector<vec3> directions(count);
   const double turn = std::numbers::pi * (3 - std::sqrt(5.0));

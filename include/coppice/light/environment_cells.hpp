@@ -12,14 +12,14 @@ namespace coppice {
 
 /// What a light stands for: its cell of the sphere.
 struct CellLight {
-  vec3 power{0};          ///< Σ radiance · solid angle over the cell; power / solid_angle is the mean radiance
+  vec3 power{0};  ///< Σ radiance · solid angle over the cell; power / solid_angle is the mean radiance
   float solid_angle = 0;  ///< steradians
 };
 
-/// The cells of a set of directions: a table that tells for each direction of a grid the nearest light. Every texel
-/// goes to one cell whole, so the map's energy is kept to rounding and no bright texel is lost between lights.
-/// Turning the environment is a shift of columns, rounded to the table's: at most 0.18° for maps of 1,024 columns
-/// or more, a sixth of a cell's width for 32,768 lights.
+/// The cells of a set of directions: a table that tells for each direction of a grid the nearest light. Every
+/// texel goes to one cell whole, so the map's energy is kept to rounding and no bright texel is lost between
+/// lights. Turning the environment is a shift of columns, rounded to the table's: at most 0.18° for maps of
+/// 1,024 columns or more, a sixth of a cell's width for 32,768 lights.
 class EnvironmentCells {
  public:
   /// For maps of width × height texels; small maps are subdivided to a table of at least 512 rows.
@@ -34,22 +34,24 @@ class EnvironmentCells {
     const KdTree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(8));
     light_.resize(std::size_t(width_) * std::size_t(height_));
     for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x) light_[index(x, y)] = nearest(tree, texel_direction(x, y, width_, height_));
+      for (int x = 0; x < width_; ++x)
+        light_[index(x, y)] = nearest(tree, texel_direction(x, y, width_, height_));
   }
 
-  /// Where the light of each cell comes from under this environment: the mean direction of its texels, weighted by
-  /// their luminance. A sun that lies between lattice points keeps its place, and its shadows theirs. Cells without
-  /// light keep the direction given for them.
+  /// Where the light of each cell comes from under this environment: the mean direction of its texels,
+  /// weighted by their luminance. A sun that lies between lattice points keeps its place, and its shadows
+  /// theirs. Cells without light, or whose light comes from all sides, keep the direction given for them.
   std::vector<vec3> centroids(const Environment& environment, std::span<const vec3> directions) const {
     COPPICE_ASSERT(directions.size() == light_count_);
-    std::vector<glm::dvec3> sums(light_count_, glm::dvec3(0));
+    std::vector<glm::dvec4> sums(light_count_, glm::dvec4(0));  // Σ weight · (direction, 1)
     for_each_texel(environment, [&](std::uint32_t light, int x, int y, double area, const vec3& radiance) {
       const double weight = area * double(luminance(radiance));
-      sums[light] += weight * glm::dvec3(texel_direction(x, y, width_, height_));
+      sums[light] += weight * glm::dvec4(glm::dvec3(texel_direction(x, y, width_, height_)), 1);
     });
     std::vector<vec3> result(directions.begin(), directions.end());
     for (std::size_t i = 0; i < light_count_; ++i)
-      if (const double size = glm::length(sums[i]); size > 0 && std::isfinite(size)) result[i] = vec3(sums[i] / size);
+      if (const double size = glm::length(glm::dvec3(sums[i])); size > 1e-9 * sums[i].w)
+        result[i] = vec3(glm::dvec3(sums[i]) / size);
     return result;
   }
 
@@ -75,7 +77,8 @@ class EnvironmentCells {
       return false;
     }
   };
-  using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3, std::uint32_t>;
+  using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3,
+                                                     std::uint32_t>;
 
   static std::uint32_t nearest(const KdTree& tree, const vec3& d) {
     std::uint32_t found = 0;
@@ -86,10 +89,12 @@ class EnvironmentCells {
 
   std::size_t index(int x, int y) const { return std::size_t(y) * std::size_t(width_) + std::size_t(x); }
 
-  /// Calls visit(light, column, row, solid angle, radiance) for each entry of the table, the map turned as it is.
+  /// Calls visit(light, column, row, solid angle, radiance) for each entry of the table, the map turned as it
+  /// is.
   template <class Visit>
   void for_each_texel(const Environment& environment, Visit&& visit) const {
-    COPPICE_ASSERT(environment.map.width * subdivision_ == width_ && environment.map.height * subdivision_ == height_);
+    COPPICE_ASSERT(environment.map.width * subdivision_ == width_ &&
+                   environment.map.height * subdivision_ == height_);
     const int shift = column_shift(environment.rotation);
     for (int y = 0; y < height_; ++y) {
       const double area = texel_solid_angle(y, width_, height_);

@@ -11,7 +11,9 @@ namespace coppice::reference {
 template <class Value>
 std::vector<double> expand(CutView<Value> cut) {
   std::vector<double> leaves;
-  for_each_piece(cut.ends, [&](LeafRange r, std::size_t i) { leaves.insert(leaves.end(), r.size(), double(cut.values[i])); });
+  for_each_piece(cut.ends, [&](LeafRange r, std::size_t i) {
+    leaves.insert(leaves.end(), r.size(), double(cut.values[i]));
+  });
   return leaves;
 }
 

@@ -17,7 +17,8 @@ struct PostorderNode {
   double value = 0;
 };
 
-/// Postorder index of leaf rank i in a complete binary tree: leaves before it, and the inner nodes finished by then.
+/// Postorder index of leaf rank i in a complete binary tree: leaves before it, and the inner nodes finished
+/// by then.
 inline std::uint32_t postorder_of_leaf(std::uint32_t i) { return 2 * i - std::uint32_t(std::popcount(i)); }
 
 /// A node of m leaves ends its subtree of 2m - 1 nodes.
@@ -29,20 +30,25 @@ inline PostorderNode postorder_node(LeafRange r, double value) {
 template <class Value>
 std::vector<PostorderNode> to_postorder(CutView<Value> cut) {
   std::vector<PostorderNode> nodes;
-  for_each_piece(cut.ends, [&](LeafRange r, std::size_t i) { nodes.push_back(postorder_node(r, double(cut.values[i]))); });
+  for_each_piece(cut.ends, [&](LeafRange r, std::size_t i) {
+    nodes.push_back(postorder_node(r, double(cut.values[i])));
+  });
   return nodes;
 }
 
-/// Runs the paper's loop and calls visit(common leaves, current node of each cut) whenever all current nodes overlap.
+/// Runs the paper's loop and calls visit(common leaves, current node of each cut) whenever all current nodes
+/// overlap.
 template <class Visit>
 void merge_postorder(const std::vector<std::vector<PostorderNode>>& cuts, Visit&& visit) {
   std::vector<std::size_t> at(cuts.size(), 0);
   std::vector<PostorderNode> p(cuts.size());
-  while (std::ranges::all_of(std::views::iota(std::size_t{0}, cuts.size()), [&](auto j) { return at[j] < cuts[j].size(); })) {
+  while (std::ranges::all_of(std::views::iota(std::size_t{0}, cuts.size()),
+                             [&](auto j) { return at[j] < cuts[j].size(); })) {
     for (std::size_t j = 0; j < cuts.size(); ++j) p[j] = cuts[j][at[j]];
     const std::uint32_t min_index = std::ranges::min(p, {}, &PostorderNode::index).index;
     const std::uint32_t max_leftleaf = std::ranges::max(p, {}, &PostorderNode::leftleaf).leftleaf;
-    if (max_leftleaf <= min_index) visit((min_index - max_leftleaf + 2) / 2, std::span<const PostorderNode>(p));
+    if (max_leftleaf <= min_index)
+      visit((min_index - max_leftleaf + 2) / 2, std::span<const PostorderNode>(p));
     for (std::size_t j = 0; j < cuts.size(); ++j) at[j] += p[j].index == min_index;
   }
 }

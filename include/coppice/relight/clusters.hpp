@@ -51,7 +51,8 @@ namespace detail {
 
 /// One cluster of the merged cut on granules: split where the illumination cut is finer than the granule.
 template <class Emit>
-void emit_cluster(const FrameLighting& frame, std::uint32_t leaf_count, LeafRange range, std::uint32_t granule, Emit&& emit) {
+void emit_cluster(const FrameLighting& frame, std::uint32_t leaf_count, LeafRange range,
+                  std::uint32_t granule, Emit&& emit) {
   if (range.size() == granule && granule > 1) {
     std::uint32_t inside = frame.mask[range.begin / 32] >> (range.begin % 32);
     inside &= (granule < 32 ? (1u << granule) : 0u) - 1u;
@@ -66,16 +67,17 @@ void emit_cluster(const FrameLighting& frame, std::uint32_t leaf_count, LeafRang
 
 }  // namespace detail
 
-/// Merges the visibility cuts of three receivers and the illumination cut, and keeps the clusters that are lit and
-/// that at least one receiver sees. One pass over the OR of the masks: each step yields one cluster (Cuts section
-/// 3.2, on ends). The clusters serve every point of the face. Precondition: cuts and frame are of one tree and
-/// granule.
+/// Merges the visibility cuts of three receivers and the illumination cut, and keeps the clusters that are
+/// lit and that at least one receiver sees. One pass over the OR of the masks: each step yields one cluster
+/// (Cuts section 3.2, on ends). The clusters serve every point of the face. Precondition: cuts and frame are
+/// of one tree and granule.
 template <Quantised Value>
-void merge_face(const MaskedCuts<Value>& cuts, const uvec3& receivers, const FrameLighting& frame, ClusterList& clusters) {
+void merge_face(const MaskedCuts<Value>& cuts, const uvec3& receivers, const FrameLighting& frame,
+                ClusterList& clusters) {
   const MaskedCutView<Value> a = cuts[receivers.x], b = cuts[receivers.y], c = cuts[receivers.z];
   const std::uint32_t granule_log2 = cuts.granule_log2(), leaf_count = cuts.leaf_count();
-  clusters.reset(cuts.piece_count(receivers.x) + cuts.piece_count(receivers.y) + cuts.piece_count(receivers.z) +
-                 frame.ends.size());
+  clusters.reset(cuts.piece_count(receivers.x) + cuts.piece_count(receivers.y) +
+                 cuts.piece_count(receivers.z) + frame.ends.size());
   const Value *va = a.values, *vb = b.values, *vc = c.values;
   std::uint32_t begin = 0;
   for (std::uint32_t w = 0; w < cuts.words_per_cut(); ++w) {

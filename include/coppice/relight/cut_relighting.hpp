@@ -1,4 +1,5 @@
-// The system of the Cuts paper for environment lighting: precomputed visibility cuts, dynamic BRDFs, any environment.
+// The system of the Cuts paper for environment lighting: precomputed visibility cuts, dynamic BRDFs, any
+// environment.
 #pragma once
 
 #include <coppice/core/stopwatch.hpp>
@@ -12,20 +13,26 @@
 namespace coppice {
 
 /// Which sides of triangles have receivers.
-enum class ReceiverScope { seen, all };  ///< seen: those the camera sees; all: every front, and backs where double-sided
+enum class ReceiverScope {
+  seen,
+  all
+};  ///< seen: those the camera sees; all: every front, and backs where double-sided
 
 struct CutRelightingOptions {
   Raster raster;
   Shading shading = Shading::metallic_roughness;
-  std::uint32_t light_count = 32768;             ///< directions over the sphere; a power of two wastes no leaves
-  std::uint64_t seed = 0;                        ///< turns the lattice of directions at random; 0 leaves it
-  std::vector<VisibilityCutOptions> cuts = std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
+  std::uint32_t light_count = 32768;  ///< directions over the sphere; a power of two wastes no leaves
+  std::uint64_t seed = 0;             ///< turns the lattice of directions at random; 0 leaves it
+  std::vector<VisibilityCutOptions> cuts =
+      std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
   RefineOptions refine;
   ReceiverScope scope = ReceiverScope::seen;
-  float shortest_edge = 2;    ///< pixels; the tolerance never splits shorter edges
-  float longest_edge = 32;    ///< pixels; longer edges are always split, so that no shadow hides between receivers
+  float shortest_edge = 2;  ///< pixels; the tolerance never splits shorter edges
+  float longest_edge =
+      32;  ///< pixels; longer edges are always split, so that no shadow hides between receivers
   std::uint32_t pilot_stride = 16;  ///< every how manieth light judges where to split
-  bool keep_bits = false;     ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
+  bool keep_bits =
+      false;  ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
 };
 
 /// How long the preparation took, in seconds, and what it made.
@@ -34,17 +41,19 @@ struct PreparationReport {
   std::size_t receivers = 0, unrefined_receivers = 0, rays = 0;
 };
 
-/// Fixed scene and camera, any environment. Construction traces visibility; light() and shade() are a frame. The lights
-/// stand where the light of `first` comes from in their cells, so that its sun and lamps cast their shadows from the
-/// right place; other environments are resolved to a cell, 1.1° for 32,768 lights. Results do not depend on the
-/// executor.
+/// Fixed scene and camera, any environment. Construction traces visibility; light() and shade() are a frame.
+/// The lights stand where the light of `first` comes from in their cells, so that its sun and lamps cast
+/// their shadows from the right place; other environments are resolved to a cell, 1.1° for 32,768 lights.
+/// Results do not depend on the executor.
 template <Quantised Value = std::uint8_t>
 class CutRelighting {
  public:
   template <class Tracer, Executor E>
-    requires Occluder<Tracer> && RayTracer<Tracer>
-  CutRelighting(const Scene& scene, const Tracer& tracer, const Camera& camera, const Environment& first,
-                const CutRelightingOptions& options, const E& executor, const Progress& progress = {})
+  requires Occluder<Tracer> && RayTracer<Tracer> CutRelighting(const Scene& scene, const Tracer& tracer,
+                                                               const Camera& camera, const Environment& first,
+                                                               const CutRelightingOptions& options,
+                                                               const E& executor,
+                                                               const Progress& progress = {})
       : options_(options), lattice_(even_directions(options.light_count, options.seed)) {
     Stopwatch watch;
     directions_ = cells_for(first.map).centroids(first, lattice_);
@@ -75,7 +84,8 @@ class CutRelighting {
     return light_frame(tree_, lights, directions_, max_nodes, cuts(which).granule_log2());
   }
 
-  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives its clusters.
+  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives its
+  /// clusters.
   template <Executor E>
   std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which = 0,
                           std::span<std::uint32_t> cluster_count = {}) const {
@@ -93,7 +103,8 @@ class CutRelighting {
     std::vector<vec3> radiance(buffer_.points.size());
     const DenseLights lights(tree_.leaf_count(), frame);
     executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      shade_faces_brute_force<skip>(buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end, radiance);
+      shade_faces_brute_force<skip>(buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end,
+                                    radiance);
     });
     return radiance;
   }
@@ -146,7 +157,8 @@ class CutRelighting {
   /// Every so manieth light, in the order of the leaves: even over the sphere.
   DirectionPackets pilot(std::uint32_t stride) const {
     std::vector<vec3> directions;
-    for (std::uint32_t i = std::min(stride / 2, leaf_lights_->count() - 1); i < leaf_lights_->count(); i += stride)
+    for (std::uint32_t i = std::min(stride / 2, leaf_lights_->count() - 1); i < leaf_lights_->count();
+         i += stride)
       directions.push_back(leaf_lights_->direction(i));
     return DirectionPackets(directions);
   }

@@ -19,7 +19,8 @@ struct CameraHit {
   std::uint32_t pixel = 0;
 };
 
-/// Size of an image and camera rays a pixel: 1 goes through the pixel's centre, more are spread over its area.
+/// Size of an image and camera rays a pixel: 1 goes through the pixel's centre, more are spread over its
+/// area.
 struct Raster {
   int width = 1280;
   int height = 720;
@@ -27,7 +28,8 @@ struct Raster {
 
   std::size_t pixel_count() const { return std::size_t(width) * std::size_t(height); }
 
-  /// Offset of a sample in the pixel, in [0, 1)²: the R2 sequence (Roberts 2018), shifted so that one is central.
+  /// Offset of a sample in the pixel, in [0, 1)²: the R2 sequence (Roberts 2018), shifted so that one is
+  /// central.
   vec2 offset(int sample) const {
     const vec2 p(0.5f + float(sample) * 0.7548776662f, 0.5f + float(sample) * 0.5698402910f);
     return p - glm::floor(p);
@@ -36,7 +38,8 @@ struct Raster {
 
 /// All camera rays that meet the scene, ordered by pixel.
 template <RayTracer T, Executor E>
-std::vector<CameraHit> trace_camera(const T& tracer, const Camera& camera, const Raster& raster, const E& executor) {
+std::vector<CameraHit> trace_camera(const T& tracer, const Camera& camera, const Raster& raster,
+                                    const E& executor) {
   std::vector<std::vector<CameraHit>> rows(std::size_t(raster.height));
   executor(rows.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y)
@@ -53,10 +56,12 @@ std::vector<CameraHit> trace_camera(const T& tracer, const Camera& camera, const
   return hits;
 }
 
-/// The side from which a ray sees its triangle. The front is where the vertex normals point, whatever the winding.
+/// The side from which a ray sees its triangle. The front is where the vertex normals point, whatever the
+/// winding.
 inline SidedTriangle side_seen(const Mesh& mesh, const CameraHit& h) {
   const uvec3 t = mesh.triangles[h.hit.triangle];
-  const vec3 geometric = cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]);
+  const vec3 geometric =
+      cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]);
   const vec3 shading = mesh.normals[t.x] + mesh.normals[t.y] + mesh.normals[t.z];
   return {h.hit.triangle, (dot(geometric, shading) >= 0) == h.hit.front};
 }
@@ -75,8 +80,8 @@ inline std::vector<SidedTriangle> sides_seen(const Mesh& mesh, std::span<const C
 
 /// The shading buffer of the hits: points sorted by face, then pixel, and only faces that have points.
 template <Executor E>
-ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh, std::span<const CameraHit> hits,
-                                  Shading shading, const E& executor) {
+ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh,
+                                  std::span<const CameraHit> hits, Shading shading, const E& executor) {
   std::vector<ReceiverMesh::Location> where(hits.size());
   executor(hits.size(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
@@ -113,7 +118,8 @@ ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh, 
 /// The image of values by point: the mean over each pixel's samples, those that met nothing counting as zero.
 inline Image resolve(const ShadingBuffer& buffer, const Raster& raster, std::span<const vec3> values) {
   Image image(raster.width, raster.height);
-  for (std::size_t p = 0; p < values.size(); ++p) image.pixels[buffer.pixels[p]] += values[p] / float(raster.samples);
+  for (std::size_t p = 0; p < values.size(); ++p)
+    image.pixels[buffer.pixels[p]] += values[p] / float(raster.samples);
   return image;
 }
 

@@ -1,10 +1,11 @@
 // What changes from frame to frame: the lights' power up the tree, and the illumination cut.
 #pragma once
 
+#include <coppice/shared/layout.h>
+
 #include <bit>
 #include <coppice/cut/select.hpp>
 #include <coppice/light/environment_cells.hpp>
-#include <coppice/shared/layout.h>
 #include <coppice/tree/aggregate.hpp>
 #include <coppice/tree/light_tree.hpp>
 #include <cstdint>
@@ -25,12 +26,13 @@ struct LightSum {
 
   friend LightSum operator+(const LightSum& a, const LightSum& b) {
     return {a.power + b.power, a.weighted_direction + b.weighted_direction,
-            a.unweighted_direction + b.unweighted_direction, a.luminance + b.luminance, a.solid_angle + b.solid_angle};
+            a.unweighted_direction + b.unweighted_direction, a.luminance + b.luminance,
+            a.solid_angle + b.solid_angle};
   }
 };
 
 inline LightSum light_sum(const CellLight& light, const vec3& direction) {
-  const glm::dvec3 power(light.power), d(direction);
+  const glm::dvec3 power(light.power), d = glm::normalize(glm::dvec3(direction));
   const double lum = 0.2126 * power.x + 0.7152 * power.y + 0.0722 * power.z;
   return {power, lum * d, double(light.solid_angle) * d, lum, light.solid_angle};
 }
@@ -40,7 +42,7 @@ inline LightNode light_node(const LightSum& s) {
   const bool lit = s.luminance > 0;
   const glm::dvec3 sum = lit ? s.weighted_direction / s.luminance : s.unweighted_direction;
   const double total = lit ? 1.0 : s.solid_angle, size = glm::length(sum);
-  if (total > 0) node.spread = float(1 - std::min(1.0, size / total));  // in double: cones down to 1e-7 rad
+  if (total > 0) node.spread = float(1 - std::min(1.0, size / total));
   if (size > 1e-12 * total && size > 0) node.direction = vec3(sum / size);
   return node;
 }
@@ -49,10 +51,11 @@ inline LightNode light_node(const LightSum& s) {
 
 /// The lighting of one frame on a tree.
 struct FrameLighting {
-  std::vector<LightNode> nodes;              ///< by heap id, 2N
-  std::vector<std::uint32_t> ends;           ///< of the illumination cut
-  std::vector<std::uint32_t> mask;           ///< bit e - 1: the cut has the end e; (N + 31)/32 words
-  std::vector<std::uint32_t> granule_mask;   ///< the ends on granules only: bit k for the end (k + 1) · granule
+  std::vector<LightNode> nodes;     ///< by heap id, 2N
+  std::vector<std::uint32_t> ends;  ///< of the illumination cut
+  std::vector<std::uint32_t> mask;  ///< bit e - 1: the cut has the end e; (N + 31)/32 words
+  std::vector<std::uint32_t>
+      granule_mask;  ///< the ends on granules only: bit k for the end (k + 1) · granule
 };
 
 /// The ends of a cut as a bitmask over granules; ends inside a granule are left out.
@@ -67,12 +70,13 @@ inline std::vector<std::uint32_t> mask_of_ends(std::uint32_t leaf_count, std::sp
   return mask;
 }
 
-/// Sums the lights up the tree and selects the illumination cut: the node of greatest luminance sum is split first
-/// until there are max_nodes (Cuts section 3.2, 4.2). Each node carries the exact power of its lights and their
-/// luminance-weighted mean direction, so a merged cluster needs no average over the illumination cut's piece.
-/// `lights` and `directions` are by light. Cost: 2N sums, about 2 ms for 32,768 lights.
+/// Sums the lights up the tree and selects the illumination cut: the node of greatest luminance sum is split
+/// first until there are max_nodes (Cuts section 3.2, 4.2). Each node carries the exact power of its lights
+/// and their luminance-weighted mean direction, so a merged cluster needs no average over the illumination
+/// cut's piece. `lights` and `directions` are by light. Cost: 2N sums, about 2 ms for 32,768 lights.
 inline FrameLighting light_frame(const LightTree& tree, std::span<const CellLight> lights,
-                                 std::span<const vec3> directions, std::size_t max_nodes, std::uint32_t granule_log2) {
+                                 std::span<const vec3> directions, std::size_t max_nodes,
+                                 std::uint32_t granule_log2) {
   const std::uint32_t n = tree.leaf_count();
   const auto sums = aggregate(
       n,
@@ -84,7 +88,8 @@ inline FrameLighting light_frame(const LightTree& tree, std::span<const CellLigh
   FrameLighting frame;
   frame.nodes.reserve(sums.size());
   for (const auto& s : sums) frame.nodes.push_back(detail::light_node(s));
-  frame.ends = select_by_budget(n, [&](std::uint32_t h) { return sums[h].luminance; }, max_nodes);
+  frame.ends = select_by_budget(
+      n, [&](std::uint32_t h) { return sums[h].luminance; }, max_nodes);
   frame.mask = mask_of_ends(n, frame.ends, 0);
   frame.granule_mask = mask_of_ends(n, frame.ends, granule_log2);
   return frame;

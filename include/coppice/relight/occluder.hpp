@@ -15,10 +15,11 @@ struct alignas(64) ShadowPacket {
 };
 
 /// Tells whether anything lies between a point and a light. Safe to call from several threads.
-/// `occluded(origin, direction, t_max)` answers for one ray; `occluded(packet, lanes)` returns the bits of those
-/// lanes that are blocked, a subset of `lanes`.
+/// `occluded(origin, direction, t_max)` answers for one ray; `occluded(packet, lanes)` returns the bits of
+/// those lanes that are blocked, a subset of `lanes`.
 template <class O>
-concept Occluder = requires(const O& occluder, vec3 v, float t_max, const ShadowPacket& packet, std::uint32_t lanes) {
+concept Occluder = requires(const O& occluder, vec3 v, float t_max, const ShadowPacket& packet,
+                            std::uint32_t lanes) {
   { occluder.occluded(v, v, t_max) } -> std::same_as<bool>;
   { occluder.occluded(packet, lanes) } -> std::same_as<std::uint32_t>;
 };

@@ -17,9 +17,9 @@ namespace coppice {
 
 /// A point at which visibility is stored.
 struct Receiver {
-  vec3 position{0};   ///< a little off the surface and away from the faces' borders: where shadow rays begin
+  vec3 position{0};  ///< a little off the surface and away from the faces' borders: where shadow rays begin
   vec3 normal{0, 1, 0};  ///< unit; mean of the faces around it
-  vec3 inward{0};     ///< in the tangent plane, from the corner to the mean of its faces' centroids
+  vec3 inward{0};        ///< in the tangent plane, from the corner to the mean of its faces' centroids
   float horizon = 0;  ///< lights with dot(normal, direction) <= horizon lie below all those faces: occluded
 };
 
@@ -31,10 +31,10 @@ struct SidedTriangle {
 
 inline constexpr std::uint32_t no_face = ~std::uint32_t{0};
 
-/// Corners at which receivers stand, welded where position and shading normal agree, and the faces between them.
-/// Each face is a part of one side of a scene's triangle; a refined face has children that tile it (refine.hpp),
-/// and only faces without children count. Faces that share an edge share its receivers, so interpolation is
-/// continuous across it.
+/// Corners at which receivers stand, welded where position and shading normal agree, and the faces between
+/// them. Each face is a part of one side of a scene's triangle; a refined face has children that tile it
+/// (refine.hpp), and only faces without children count. Faces that share an edge share its receivers, so
+/// interpolation is continuous across it.
 class ReceiverMesh {
  public:
   struct Corner {
@@ -43,8 +43,9 @@ class ReceiverMesh {
   };
   struct Face {
     uvec3 corners;
-    std::array<vec2, 3> uv;  ///< of the corners, as (u, v) of the scene's triangle: p = (1-u-v)·p0 + u·p1 + v·p2
-    vec3 normal;             ///< unit; of the scene's triangle, on the face's side
+    std::array<vec2, 3>
+        uv;       ///< of the corners, as (u, v) of the scene's triangle: p = (1-u-v)·p0 + u·p1 + v·p2
+    vec3 normal;  ///< unit; of the scene's triangle, on the face's side
     std::uint32_t first_child = no_face;
     std::uint32_t child_count = 0;
   };
@@ -77,8 +78,8 @@ class ReceiverMesh {
     faces_.insert(faces_.end(), children.begin(), children.end());
   }
 
-  /// The face in which the point (u, v) of that side lies. Cost: the depth of the refinement. Precondition: the side
-  /// was given to the constructor.
+  /// The face in which the point (u, v) of that side lies. Cost: the depth of the refinement. Precondition:
+  /// the side was given to the constructor.
   Location locate(SidedTriangle side, vec2 uv) const {
     const auto root = root_of_.find(root_key(side));
     COPPICE_ASSERT(root != root_of_.end());
@@ -110,11 +111,13 @@ class ReceiverMesh {
     const uvec3 t = mesh.triangles[side.triangle];
     const vec3 p = mesh.positions[t.x];
     const vec3 shading = mesh.normals[t.x] + mesh.normals[t.y] + mesh.normals[t.z];
-    const vec3 n = normalize_or(cross(mesh.positions[t.y] - p, mesh.positions[t.z] - p), normalize_or(shading, vec3(0, 1, 0)));
+    const vec3 n = normalize_or(cross(mesh.positions[t.y] - p, mesh.positions[t.z] - p),
+                                normalize_or(shading, vec3(0, 1, 0)));
     return (dot(n, shading) < 0) == side.front ? -n : n;
   }
 
-  void add_root(const Mesh& mesh, SidedTriangle side, std::unordered_map<Key, std::uint32_t, KeyHash>& corner_of) {
+  void add_root(const Mesh& mesh, SidedTriangle side,
+                std::unordered_map<Key, std::uint32_t, KeyHash>& corner_of) {
     Face face{{}, {vec2(0, 0), vec2(1, 0), vec2(0, 1)}, side_normal(mesh, side)};
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.triangles[side.triangle][k];

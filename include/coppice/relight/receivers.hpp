@@ -14,8 +14,8 @@ namespace detail {
 
 /// Sums over the faces around a point.
 struct FacesAround {
-  vec3 normal{0};  ///< Σ unit geometric normals
-  vec3 inward{0};  ///< Σ (centroid - point)
+  vec3 normal{0};                                       ///< Σ unit geometric normals
+  vec3 inward{0};                                       ///< Σ (centroid - point)
   float size = std::numeric_limits<float>::infinity();  ///< shortest |centroid - point|
   int count = 0;
 
@@ -32,15 +32,16 @@ inline vec3 face_centroid(const ReceiverMesh& mesh, const ReceiverMesh::Face& fa
   return (c[face.corners.x].position + c[face.corners.y].position + c[face.corners.z].position) / 3.0f;
 }
 
-/// How far rays begin above the faces around a point: 1e-3 of their size, and at least what float positions resolve.
+/// How far rays begin above the faces around a point: 1e-3 of their size, and at least what float positions
+/// resolve.
 inline float clearance(const vec3& point, const FacesAround& around) {
   const float magnitude = std::max({std::fabs(point.x), std::fabs(point.y), std::fabs(point.z)});
   const float size = std::isfinite(around.size) ? around.size : 0.0f;
   return std::max(1e-3f * size, 4e-6f * std::max(magnitude, 1e-3f));
 }
 
-/// A receiver that is drawn inward, in the tangent plane so that it does not sink below a bulge. Thus a wall that
-/// ends at the same corner is in front of its rays, not behind them.
+/// A receiver that is drawn inward, in the tangent plane so that it does not sink below a bulge. Thus a wall
+/// that ends at the same corner is in front of its rays, not behind them.
 inline Receiver place_receiver(const vec3& point, const vec3& fallback_normal, const FacesAround& around) {
   Receiver r;
   r.normal = normalize_or(around.normal, fallback_normal);
@@ -72,14 +73,17 @@ inline std::vector<Receiver> corner_receivers(const ReceiverMesh& mesh) {
   std::vector<Receiver> receivers;
   receivers.reserve(around.size());
   for (std::size_t c = 0; c < around.size(); ++c)
-    receivers.push_back(detail::place_receiver(mesh.corners()[c].position, mesh.corners()[c].normal, around[c]));
+    receivers.push_back(
+        detail::place_receiver(mesh.corners()[c].position, mesh.corners()[c].normal, around[c]));
 
-  std::vector<float> steepest(around.size(), 1.0f);  // smallest cosine between the receiver's normal and a face's
-  std::vector<float> sunk(around.size(), 0.0f);      // what the receiver lacks of its clearance above a face
+  std::vector<float> steepest(around.size(),
+                              1.0f);             // smallest cosine between the receiver's normal and a face's
+  std::vector<float> sunk(around.size(), 0.0f);  // what the receiver lacks of its clearance above a face
   for_each_corner([&](std::uint32_t c, const ReceiverMesh::Face& face) {
     const vec3 p = mesh.corners()[c].position;
     steepest[c] = std::min(steepest[c], dot(face.normal, receivers[c].normal));
-    sunk[c] = std::max(sunk[c], detail::clearance(p, around[c]) - dot(face.normal, receivers[c].position - p));
+    sunk[c] =
+        std::max(sunk[c], detail::clearance(p, around[c]) - dot(face.normal, receivers[c].position - p));
   });
   for (std::size_t c = 0; c < receivers.size(); ++c) {
     receivers[c].position += receivers[c].normal * (sunk[c] / std::max(steepest[c], 0.1f));

@@ -9,19 +9,19 @@
 namespace coppice {
 
 struct RefineOptions {
-  double tolerance = 0.02;             ///< largest error of an edge's middle, as a share of unoccluded irradiance
+  double tolerance = 0.02;  ///< largest error of an edge's middle, as a share of unoccluded irradiance
   std::size_t max_receivers = 200000;  ///< budget; edges of largest error · length are split first
 };
 
-/// Lengths between which the tolerance decides, in world units. Longer edges are always split; shorter ones only where
-/// they are the longest of a face that is split.
+/// Lengths between which the tolerance decides, in world units. Longer edges are always split; shorter ones
+/// only where they are the longest of a face that is split.
 struct EdgeLimits {
   float shortest = 0;
   float longest = std::numeric_limits<float>::infinity();
 };
 
-/// Error of irradiance at the middle of an edge if visibility is interpolated there, under a random light: mean of
-/// |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's shading
+/// Error of irradiance at the middle of an edge if visibility is interpolated there, under a random light:
+/// mean of |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's shading
 /// normal. In [0, 1]. Where a
 /// and b disagree interpolation is off by 1/2 whatever lies between; halving the edge halves that share.
 inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std::span<const std::uint64_t> a,
@@ -49,7 +49,12 @@ class Refiner {
  public:
   Refiner(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot, const RefineOptions& options,
           const Limits& limits, const E& executor)
-      : mesh_(mesh), occluder_(occluder), pilot_(pilot), options_(options), limits_(limits), executor_(executor) {}
+      : mesh_(mesh),
+        occluder_(occluder),
+        pilot_(pilot),
+        options_(options),
+        limits_(limits),
+        executor_(executor) {}
 
   void run() {
     while (split_worst(failing_edges())) {
@@ -65,12 +70,16 @@ class Refiner {
     bool must_split = false;
   };
 
-  static std::uint64_t key(std::uint32_t a, std::uint32_t b) { return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
+  static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
+    return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
+  }
   std::size_t row_words() const { return words_for_bits(pilot_.count()); }
   std::span<const std::uint64_t> row(std::uint32_t corner) const {
     return {rows_.data() + corner * row_words(), row_words()};
   }
-  vec3 middle(const Edge& e) const { return 0.5f * (mesh_.corners()[e.a].position + mesh_.corners()[e.b].position); }
+  vec3 middle(const Edge& e) const {
+    return 0.5f * (mesh_.corners()[e.a].position + mesh_.corners()[e.b].position);
+  }
   vec3 middle_normal(const Edge& e) const {
     const vec3 a = mesh_.corners()[e.a].normal, b = mesh_.corners()[e.b].normal;
     return normalize_or(a + b, a);
@@ -119,9 +128,10 @@ class Refiner {
     std::vector<Receiver> receivers = corner_receivers(mesh_);
     const std::size_t known = rows_.size() / row_words();
     rows_.resize(receivers.size() * row_words());
-    trace(std::span<const Receiver>(receivers).subspan(known), [&](std::size_t i, std::span<const std::uint64_t> bits) {
-      std::ranges::copy(bits, rows_.begin() + std::ptrdiff_t((known + i) * row_words()));
-    });
+    trace(std::span<const Receiver>(receivers).subspan(known),
+          [&](std::size_t i, std::span<const std::uint64_t> bits) {
+            std::ranges::copy(bits, rows_.begin() + std::ptrdiff_t((known + i) * row_words()));
+          });
   }
 
   void measure(std::vector<Edge>& edges) {
@@ -164,14 +174,15 @@ class Refiner {
     return options_.max_receivers - std::min(options_.max_receivers, mesh_.corners().size());
   }
 
-  /// A face that is split at all is split at its longest edge too, or refinement would end in slivers that never
-  /// meet the tolerance (Rivara 1984). True where an edge was added, which may concern a neighbour.
+  /// A face that is split at all is split at its longest edge too, or refinement would end in slivers that
+  /// never meet the tolerance (Rivara 1984). True where an edge was added, which may concern a neighbour.
   bool split_longest_edges(Middles& middle_of) {
     bool added = false;
     for (std::uint32_t f = 0; f < mesh_.faces().size(); ++f) {
       if (!mesh_.is_leaf(f)) continue;
       const auto& c = mesh_.faces()[f].corners;
-      const bool is_split = middle_of.contains(key(c.x, c.y)) || middle_of.contains(key(c.y, c.z)) || middle_of.contains(key(c.z, c.x));
+      const bool is_split = middle_of.contains(key(c.x, c.y)) || middle_of.contains(key(c.y, c.z)) ||
+                            middle_of.contains(key(c.z, c.x));
       const int k = longest_edge(c);
       const Edge e{std::min(c[k], c[(k + 1) % 3]), std::max(c[k], c[(k + 1) % 3]), {}, 0, 0, false};
       if (!is_split || middle_of.contains(key(e.a, e.b)) || budget_left() == 0) continue;
@@ -196,16 +207,21 @@ class Refiner {
 
   using Vertex = std::pair<std::uint32_t, vec2>;  ///< corner and its (u, v)
 
-  /// Seen from its longest edge, split at m: m is joined to the opposite corner, and to the middle of each other
-  /// edge that is split.
+  /// Seen from its longest edge, split at m: m is joined to the opposite corner, and to the middle of each
+  /// other edge that is split.
   void split_face(std::uint32_t f, const Middles& middle_of) {
     const ReceiverMesh::Face face = mesh_.faces()[f];
-    const auto find = [&](std::size_t i, std::size_t j) { return middle_of.find(key(face.corners[int(i)], face.corners[int(j)])); };
+    const auto find = [&](std::size_t i, std::size_t j) {
+      return middle_of.find(key(face.corners[int(i)], face.corners[int(j)]));
+    };
     const auto vertex = [&](std::size_t i) { return Vertex{face.corners[int(i)], face.uv[i]}; };
-    const auto middle_vertex = [&](std::size_t i, std::size_t j) { return Vertex{find(i, j)->second, 0.5f * (face.uv[i] + face.uv[j])}; };
+    const auto middle_vertex = [&](std::size_t i, std::size_t j) {
+      return Vertex{find(i, j)->second, 0.5f * (face.uv[i] + face.uv[j])};
+    };
     const auto is_split = [&](std::size_t i, std::size_t j) { return find(i, j) != middle_of.end(); };
     std::size_t i = std::size_t(longest_edge(face.corners));
-    for (int turn = 0; turn < 2 && !is_split(i, (i + 1) % 3); ++turn) i = (i + 1) % 3;  // only a spent budget leaves it whole
+    for (int turn = 0; turn < 2 && !is_split(i, (i + 1) % 3); ++turn)
+      i = (i + 1) % 3;  // only a spent budget leaves it whole
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
     if (!is_split(i, j)) return;
     const Vertex m = middle_vertex(i, j);
@@ -235,12 +251,13 @@ class Refiner {
 
 }  // namespace detail
 
-/// Splits edges in rounds until every edge within limits(position) meets the tolerance, or the budget of receivers
-/// is spent. Faces that share an edge are split at the same corner, so interpolation stays continuous. Visibility is
-/// judged by the pilot lights, a few of all: 2,048 tell a share of 2% to a fifth of it. Deterministic.
+/// Splits edges in rounds until every edge within limits(position) meets the tolerance, or the budget of
+/// receivers is spent. Faces that share an edge are split at the same corner, so interpolation stays
+/// continuous. Visibility is judged by the pilot lights, a few of all: 2,048 tell a share of 2% to a fifth of
+/// it. Deterministic.
 template <Occluder O, Executor E, class Limits>
-void refine_receivers(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot, const RefineOptions& options,
-                      const Limits& limits, const E& executor) {
+void refine_receivers(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot,
+                      const RefineOptions& options, const Limits& limits, const E& executor) {
   if (mesh.faces().empty() || pilot.count() == 0) return;
   detail::Refiner<O, E, Limits>(mesh, occluder, pilot, options, limits, executor).run();
 }

@@ -1,9 +1,10 @@
 // Shading of points from merged clusters: Σ power · interpolated visibility · BRDF.
 #pragma once
 
+#include <coppice/shared/layout.h>
+
 #include <coppice/brdf/with_brdf.hpp>
 #include <coppice/relight/clusters.hpp>
-#include <coppice/shared/layout.h>
 #include <span>
 #include <vector>
 
@@ -12,7 +13,8 @@ namespace coppice {
 /// Rows that take a world direction to a point's local frame.
 struct LocalFrame {
   vec3 tangent, bitangent, normal;
-  explicit LocalFrame(const ShadingPoint& p) : tangent(p.tangent), bitangent(cross(p.normal, p.tangent)), normal(p.normal) {}
+  explicit LocalFrame(const ShadingPoint& p)
+      : tangent(p.tangent), bitangent(cross(p.normal, p.tangent)), normal(p.normal) {}
 
   static Lanes along(const vec3& axis, Lanes x, Lanes y, Lanes z) {
     return mul_add(Lanes(axis.x), x, mul_add(Lanes(axis.y), y, Lanes(axis.z) * z));
@@ -56,10 +58,12 @@ inline vec3 shade_point(const ShadingPoint& point, const ClusterList& clusters, 
     TermSums sums;
     for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width) {
       const Lanes x = load(ClusterList::x, i), y = load(ClusterList::y, i), z = load(ClusterList::z, i);
-      const Lanes visibility = mul_add(w0, load(ClusterList::visible_0, i),
-                                       mul_add(w1, load(ClusterList::visible_1, i), w2 * load(ClusterList::visible_2, i)));
-      const auto terms = brdf(LocalFrame::along(frame.tangent, x, y, z), LocalFrame::along(frame.bitangent, x, y, z),
-                              LocalFrame::along(frame.normal, x, y, z));
+      const Lanes visibility =
+          mul_add(w0, load(ClusterList::visible_0, i),
+                  mul_add(w1, load(ClusterList::visible_1, i), w2 * load(ClusterList::visible_2, i)));
+      const auto terms =
+          brdf(LocalFrame::along(frame.tangent, x, y, z), LocalFrame::along(frame.bitangent, x, y, z),
+               LocalFrame::along(frame.normal, x, y, z));
       sums.add<B::terms>(terms, visibility, load(ClusterList::red, i), load(ClusterList::green, i),
                          load(ClusterList::blue, i));
     }
@@ -79,10 +83,12 @@ struct ShadingBuffer {
 };
 
 /// Shades the points of faces [begin, end) into radiance[point], merging once a face, and counts each point's
-/// clusters where cluster_count is not empty. Faces are independent: any split over threads gives the same bits.
+/// clusters where cluster_count is not empty. Faces are independent: any split over threads gives the same
+/// bits.
 template <Quantised Value>
-void shade_faces(const ShadingBuffer& buffer, const MaskedCuts<Value>& cuts, const FrameLighting& frame, std::size_t begin,
-                 std::size_t end, std::span<vec3> radiance, std::span<std::uint32_t> cluster_count) {
+void shade_faces(const ShadingBuffer& buffer, const MaskedCuts<Value>& cuts, const FrameLighting& frame,
+                 std::size_t begin, std::size_t end, std::span<vec3> radiance,
+                 std::span<std::uint32_t> cluster_count) {
   ClusterList clusters;
   for (std::size_t f = begin; f < end; ++f) {
     merge_face(cuts, buffer.faces[f].receivers, frame, clusters);

@@ -41,7 +41,8 @@ class DirectionPackets {
 
   /// Lanes of a packet that lie above a receiver's horizon: the rays that must be traced.
   std::uint32_t above_horizon(std::uint32_t packet, const Receiver& receiver) const {
-    const float *x = axes_[0].data() + 16 * packet, *y = axes_[1].data() + 16 * packet, *z = axes_[2].data() + 16 * packet;
+    const float *x = axes_[0].data() + 16 * packet, *y = axes_[1].data() + 16 * packet,
+                *z = axes_[2].data() + 16 * packet;
     std::uint32_t lanes = 0;
     for (std::uint32_t i = 0; i < 16; ++i) {
       const float cosine = receiver.normal.x * x[i] + receiver.normal.y * y[i] + receiver.normal.z * z[i];
@@ -60,7 +61,8 @@ class DirectionPackets {
 inline std::vector<vec3> leaf_directions(const LightTree& tree, std::span<const vec3> directions) {
   std::vector<vec3> leaves;
   leaves.reserve(tree.leaf_count());
-  for (const std::uint32_t light : tree.light_of_leaf) leaves.push_back(light == no_light ? vec3(0) : directions[light]);
+  for (const std::uint32_t light : tree.light_of_leaf)
+    leaves.push_back(light == no_light ? vec3(0) : directions[light]);
   return leaves;
 }
 
@@ -73,8 +75,9 @@ inline ShadowPacket packet_from(const vec3& origin) {
   return rays;
 }
 
-/// Writes the visibility of every direction from a receiver into `bits` (words_for_bits(count) words). Shadow rays go
-/// out in packets of 16 neighbours; those below the receiver's horizon are not traced. Returns the rays traced.
+/// Writes the visibility of every direction from a receiver into `bits` (words_for_bits(count) words). Shadow
+/// rays go out in packets of 16 neighbours; those below the receiver's horizon are not traced. Returns the
+/// rays traced.
 template <Occluder O>
 std::size_t trace_visibility(const O& occluder, const DirectionPackets& lights, const Receiver& receiver,
                              std::span<std::uint64_t> bits) {

@@ -13,12 +13,13 @@
 namespace coppice {
 
 struct VisibilityCutOptions {
-  double sigma = 2;             ///< Cuts Eq. 6: |C|·var <= σ² on each piece; smaller is finer. The paper: 1.5 to 3
+  double sigma = 2;  ///< Cuts Eq. 6: |C|·var <= σ² on each piece; smaller is finer. The paper: 1.5 to 3
   std::size_t max_size = 1000;  ///< pieces a cut at most; the worst nodes are split first
 };
 
-/// Selects the visibility cut of one row of bits. Counts of visible leaves are summed up the tree from popcounts of
-/// granules; with c of n lights visible, |C|·var = c(n-c)/n exactly. The scratch is kept between calls.
+/// Selects the visibility cut of one row of bits. Counts of visible leaves are summed up the tree from
+/// popcounts of granules; with c of n lights visible, |C|·var = c(n-c)/n exactly. The scratch is kept between
+/// calls.
 class VisibilityCutSelector {
  public:
   VisibilityCutSelector(const LightTree& tree, VisibilityCutOptions options)
@@ -38,7 +39,8 @@ class VisibilityCutSelector {
       const double c = visible_[h], n = tree_->light_count[h];
       return n == 0 ? 0.0 : c * (n - c) / n;
     };
-    auto ends = select_by_threshold(granule_count_, error, options_.sigma * options_.sigma, options_.max_size);
+    auto ends =
+        select_by_threshold(granule_count_, error, options_.sigma * options_.sigma, options_.max_size);
     auto cut = cut_with_values(granule_count_, std::move(ends), [this](std::uint32_t h) {
       const float n = float(tree_->light_count[h]);
       return quantise<Value>(n == 0 ? 0.0f : float(visible_[h]) / n);
@@ -54,7 +56,8 @@ class VisibilityCutSelector {
     const std::uint64_t granule_mask = (std::uint64_t{1} << size) - 1;
     for (std::uint32_t g = 0; g < granule_count_; ++g) {
       const std::uint32_t first = g << granule_log2_;
-      visible_[granule_count_ + g] = std::uint32_t(std::popcount((bits[first / 64] >> (first % 64)) & granule_mask));
+      visible_[granule_count_ + g] =
+          std::uint32_t(std::popcount((bits[first / 64] >> (first % 64)) & granule_mask));
     }
     for (std::uint32_t h = granule_count_; h-- > 1;) visible_[h] = visible_[2 * h] + visible_[2 * h + 1];
   }
@@ -73,8 +76,9 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 inline constexpr std::size_t visibility_block = 2048;
 
 template <Occluder O, Executor E, class Consume, class EndOfBlock>
-std::size_t for_each_visibility(const O& occluder, const DirectionPackets& lights, std::span<const Receiver> receivers,
-                                const E& executor, Consume&& consume, EndOfBlock&& end_of_block) {
+std::size_t for_each_visibility(const O& occluder, const DirectionPackets& lights,
+                                std::span<const Receiver> receivers, const E& executor, Consume&& consume,
+                                EndOfBlock&& end_of_block) {
   std::vector<std::size_t> traced(receivers.size());
   for (std::size_t first = 0; first < receivers.size(); first += visibility_block) {
     const std::size_t count = std::min(visibility_block, receivers.size() - first);
@@ -90,9 +94,9 @@ std::size_t for_each_visibility(const O& occluder, const DirectionPackets& light
   return std::accumulate(traced.begin(), traced.end(), std::size_t{0});
 }
 
-/// Moves receivers that see nothing towards the middle of their faces, where something may be seen: a corner that
-/// lies inside another object would darken faces that are half outside. Those that are dark there too stay.
-/// `pilot`: few of the lights will do.
+/// Moves receivers that see nothing towards the middle of their faces, where something may be seen: a corner
+/// that lies inside another object would darken faces that are half outside. Those that are dark there too
+/// stay. `pilot`: few of the lights will do.
 template <Occluder O, Executor E>
 void free_buried_receivers(const O& occluder, const DirectionPackets& pilot, std::span<Receiver> receivers,
                            const E& executor) {
@@ -117,15 +121,17 @@ void free_buried_receivers(const O& occluder, const DirectionPackets& pilot, std
 template <Quantised Value>
 struct VisibilityCuts {
   std::vector<MaskedCuts<Value>> cuts;  ///< one store for each of the options, receivers in order
-  std::vector<std::uint64_t> bits;      ///< all rows, words_for_bits(leaf count) words a receiver, where asked for
+  std::vector<std::uint64_t>
+      bits;  ///< all rows, words_for_bits(leaf count) words a receiver, where asked for
   std::size_t rays = 0;
 };
 
-/// Traces every receiver once and selects its cut for each of `options`. Only cuts are kept, unless keep_bits asks
-/// for the dense rows too (leaf_count/8 bytes a receiver), as the brute-force twins need them. The result does not
-/// depend on the executor. Precondition: `leaf_lights` has one direction a leaf of the tree.
+/// Traces every receiver once and selects its cut for each of `options`. Only cuts are kept, unless keep_bits
+/// asks for the dense rows too (leaf_count/8 bytes a receiver), as the brute-force twins need them. The
+/// result does not depend on the executor. Precondition: `leaf_lights` has one direction a leaf of the tree.
 template <Quantised Value, Occluder O, Executor E>
-VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& tree, const DirectionPackets& leaf_lights,
+VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& tree,
+                                            const DirectionPackets& leaf_lights,
                                             std::span<const Receiver> receivers,
                                             std::span<const VisibilityCutOptions> options, bool keep_bits,
                                             const E& executor, const Progress& progress = {}) {

@@ -13,8 +13,8 @@ struct Camera {
   vec3 forward{0, 0, -1};
   float vertical_fov = 0.6f;  ///< radians
 
-  /// Unit direction through the image point (x, y) in pixels, (0, 0) the upper left corner of a width × height
-  /// image, so that (x + 0.5, y + 0.5) is a pixel's centre. Pixels are square.
+  /// Unit direction through the image point (x, y) in pixels, (0, 0) the upper left corner of a width ×
+  /// height image, so that (x + 0.5, y + 0.5) is a pixel's centre. Pixels are square.
   vec3 direction(float x, float y, int width, int height) const {
     const float scale = 2 * std::tan(vertical_fov / 2) / float(height);
     return normalize(forward + right * ((x - 0.5f * float(width)) * scale) +

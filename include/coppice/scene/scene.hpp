@@ -32,7 +32,8 @@ struct Material {
 
 enum class PunctualLightType : std::uint8_t { point, spot, directional };
 
-/// KHR_lights_punctual, in world space. Intensity is candela (point, spot) or lux (directional), times colour.
+/// KHR_lights_punctual, in world space. Intensity is candela (point, spot) or lux (directional), times
+/// colour.
 struct PunctualLight {
   PunctualLightType type = PunctualLightType::point;
   vec3 position{0};

@@ -12,7 +12,8 @@ namespace coppice {
 
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
-/// width × height texels of 8-bit RGBA, row by row from the top; colour textures hold sRGB, others linear values.
+/// width × height texels of 8-bit RGBA, row by row from the top; colour textures hold sRGB, others linear
+/// values.
 struct Texture {
   int width = 0;
   int height = 0;
@@ -54,7 +55,8 @@ inline vec4 texel(const Texture& t, int x, int y) {
 
 }  // namespace detail
 
-/// Bilinear value at uv, linear RGB and alpha in [0, 1]. Precondition: the texture has texels and uv is finite.
+/// Bilinear value at uv, linear RGB and alpha in [0, 1]. Precondition: the texture has texels and uv is
+/// finite.
 inline vec4 sample(const Texture& t, vec2 uv) {
   const float x = (uv.x - std::floor(uv.x / 2) * 2) * float(t.width) - 0.5f;  // a mirror repeats after 2
   const float y = (uv.y - std::floor(uv.y / 2) * 2) * float(t.height) - 0.5f;

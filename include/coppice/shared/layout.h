@@ -1,5 +1,5 @@
-// The buffers that CPU and compute kernels both read, byte for byte: scalar block layout, every vec3 followed by
-// a scalar. Sizes and offsets are asserted below and compared with the SPIR-V's in a test.
+// The buffers that CPU and compute kernels both read, byte for byte: scalar block layout, every vec3 followed
+// by a scalar. Sizes and offsets are asserted below and compared with the SPIR-V's in a test.
 #ifndef COPPICE_SHARED_LAYOUT_H
 #define COPPICE_SHARED_LAYOUT_H
 #include <coppice/shared/language.h>

@@ -1,5 +1,5 @@
-// The complete binary tree over N = 2^d leaves as arithmetic on heap ids: root 1, children of h are 2h and 2h + 1,
-// leaves N … 2N-1. A node is the range [begin, end) of leaf ranks below it; no topology is stored.
+// The complete binary tree over N = 2^d leaves as arithmetic on heap ids: root 1, children of h are 2h and 2h
+// + 1, leaves N … 2N-1. A node is the range [begin, end) of leaf ranks below it; no topology is stored.
 #ifndef COPPICE_SHARED_NODE_H
 #define COPPICE_SHARED_NODE_H
 #include <coppice/shared/language.h>

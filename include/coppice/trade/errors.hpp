@@ -37,15 +37,16 @@ struct ErrorSums {
 
 }  // namespace detail
 
-/// Errors of `image` over the pixels with `counts`; the definitions of the report (docs/trade.md). r̄ is the mean of
-/// the reference over those pixels. A black reference that the image misses has infinite rel_rmse.
+/// Errors of `image` over the pixels with `counts`; the definitions of the report (docs/trade.md). r̄ is the
+/// mean of the reference over those pixels. A black reference that the image misses has infinite rel_rmse.
 /// Precondition: equal sizes.
 inline ImageErrors image_errors(const Image& image, const Image& reference, const std::vector<bool>& counts) {
   COPPICE_ASSERT(image.pixels.size() == reference.pixels.size() && counts.size() == image.pixels.size());
   ImageErrors errors;
   double mean = 0;
   for (std::size_t i = 0; i < counts.size(); ++i)
-    if (counts[i]) mean += double(reference.pixels[i].x) + reference.pixels[i].y + reference.pixels[i].z, ++errors.pixels;
+    if (counts[i])
+      mean += double(reference.pixels[i].x) + reference.pixels[i].y + reference.pixels[i].z, ++errors.pixels;
   if (errors.pixels == 0) return errors;
   const double values = 3.0 * double(errors.pixels);
   mean /= values;
@@ -61,9 +62,10 @@ inline ImageErrors image_errors(const Image& image, const Image& reference, cons
   return errors;
 }
 
-/// Means over block × block pixels that count, for noisy references; blocks of which at most half count are left
-/// out. `counts` is replaced by that of the blocks.
-inline Image block_means(const Image& image, const std::vector<bool>& counts, int block, std::vector<bool>& block_counts) {
+/// Means over block × block pixels that count, for noisy references; blocks of which at most half count are
+/// left out. `counts` is replaced by that of the blocks.
+inline Image block_means(const Image& image, const std::vector<bool>& counts, int block,
+                         std::vector<bool>& block_counts) {
   COPPICE_ASSERT(block >= 1);
   Image means(image.width / block, image.height / block);
   block_counts.assign(means.pixels.size(), false);
@@ -75,7 +77,8 @@ inline Image block_means(const Image& image, const std::vector<bool>& counts, in
         const std::size_t i = image.index(x * block + k % block, y * block + k / block);
         if (counts[i]) sum += glm::dvec3(image.pixels[i]), ++n;
       }
-      if (2 * n > block * block) means.at(x, y) = vec3(sum / double(n)), block_counts[means.index(x, y)] = true;
+      if (2 * n > block * block)
+        means.at(x, y) = vec3(sum / double(n)), block_counts[means.index(x, y)] = true;
     }
   return means;
 }

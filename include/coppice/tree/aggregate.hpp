@@ -8,9 +8,9 @@
 
 namespace coppice {
 
-/// Values by heap id: entries N … 2N-1 are `of_leaf(rank)`, entry h is combine(value[2h], value[2h + 1]), entry 0 a
-/// default value. Sums are pairwise by construction, so that float sums over 10^7 lights lose no more than about
-/// log2(10^7) roundings. Cost: N calls of each. Empty without leaves.
+/// Values by heap id: entries N … 2N-1 are `of_leaf(rank)`, entry h is combine(value[2h], value[2h + 1]),
+/// entry 0 a default value. Sums are pairwise by construction, so that float sums over 10^7 lights lose no
+/// more than about log2(10^7) roundings. Cost: N calls of each. Empty without leaves.
 template <class OfLeaf, class Combine>
 auto aggregate(std::uint32_t leaf_count, OfLeaf&& of_leaf, Combine&& combine) {
   using Value = std::decay_t<decltype(of_leaf(0u))>;
@@ -38,7 +38,8 @@ struct Moments {
   }
 };
 
-/// Moments by heap id of a function known at the lights: values[i] belongs to light i; padding counts for nothing.
+/// Moments by heap id of a function known at the lights: values[i] belongs to light i; padding counts for
+/// nothing.
 inline std::vector<Moments> aggregate_moments(const LightTree& tree, std::span<const float> values) {
   return aggregate(
       tree.leaf_count(),

@@ -1,5 +1,5 @@
-// Builds the light tree top down: two centres a cluster, lights sorted by the difference of their distances to
-// them, cut in the middle (Cuts section 3.4).
+// Builds the light tree top down: two centres a cluster, lights sorted by the difference of their distances
+// to them, cut in the middle (Cuts section 3.4).
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@ struct TreeOptions {
 
 namespace detail {
 
-/// Recursive bisection. Positions are kept in the metric's Euclidean space, in which Eq. 11 is |s - c|², so that
-/// d(s, c1) - d(s, c2) is linear in s: the order depends only on the projection on c2 - c1.
+/// Recursive bisection. Positions are kept in the metric's Euclidean space, in which Eq. 11 is |s - c|², so
+/// that d(s, c1) - d(s, c2) is linear in s: the order depends only on the projection on c2 - c1.
 template <class Metric>
 class TreeBuilder {
  public:
@@ -99,9 +99,9 @@ class TreeBuilder {
 
 }  // namespace detail
 
-/// The light tree over metric.size() lights. Where their number is no power of two the padding is spread evenly:
-/// the halves of a node differ by at most one light. Deterministic; O(n log n · iterations), about 40 ms for 32,768
-/// lights a core. Precondition: the metric's points are finite.
+/// The light tree over metric.size() lights. Where their number is no power of two the padding is spread
+/// evenly: the halves of a node differ by at most one light. Deterministic; O(n log n · iterations), about 40
+/// ms for 32,768 lights a core. Precondition: the metric's points are finite.
 template <class Metric>
 LightTree build_tree(const Metric& metric, TreeOptions options = {}) {
   LightTree tree;

@@ -1,9 +1,10 @@
 // The light tree: a permutation of the lights into the leaves of a complete binary tree.
 #pragma once
 
+#include <coppice/shared/node.h>
+
 #include <bit>
 #include <coppice/core/config.hpp>
-#include <coppice/shared/node.h>
 #include <cstdint>
 #include <vector>
 
@@ -12,9 +13,10 @@ namespace coppice {
 /// Marks a leaf that pads the tree to a power of two and holds no light.
 inline constexpr std::uint32_t no_light = ~std::uint32_t{0};
 
-/// A complete binary tree over N = 2^d >= light count leaves. Its topology is arithmetic on heap ids (shared/node.h);
-/// all that is stored is which light is at which leaf. Whatever is known per light or per cluster is an array beside
-/// the tree: 2N values by heap id, entry 0 unused (aggregate.hpp). Without lights it has no leaves.
+/// A complete binary tree over N = 2^d >= light count leaves. Its topology is arithmetic on heap ids
+/// (shared/node.h); all that is stored is which light is at which leaf. Whatever is known per light or per
+/// cluster is an array beside the tree: 2N values by heap id, entry 0 unused (aggregate.hpp). Without lights
+/// it has no leaves.
 struct LightTree {
   std::vector<std::uint32_t> light_of_leaf;  ///< a leaf rank; no_light for padding
   std::vector<std::uint32_t> light_count;    ///< a heap id; lights, without padding, below the node

@@ -15,14 +15,15 @@ struct LightSample {
   vec3 normal{0};
 };
 
-/// d_g(s, c) = K²/d² · |x_s - x_c|² + |n_s - n_c|² (Cuts Eq. 11), d the diagonal of the samples' bounding box.
-/// Points of this metric are 6-vectors; where all samples coincide, d = 0 and only the normals count.
+/// d_g(s, c) = K²/d² · |x_s - x_c|² + |n_s - n_c|² (Cuts Eq. 11), d the diagonal of the samples' bounding
+/// box. Points of this metric are 6-vectors; where all samples coincide, d = 0 and only the normals count.
 class GeometricMetric {
  public:
   using Point = std::array<float, 6>;
 
   /// `position_weight` is the paper's K.
-  explicit GeometricMetric(std::span<const LightSample> samples, float position_weight = 30) : samples_(samples) {
+  explicit GeometricMetric(std::span<const LightSample> samples, float position_weight = 30)
+      : samples_(samples) {
     if (samples.empty()) return;
     vec3 low = samples[0].position, high = low;
     for (const auto& s : samples) low = glm::min(low, s.position), high = glm::max(high, s.position);

@@ -1,0 +1,107 @@
+// Errors, not times: what the choices that are no knob of the programs cost, on the benchmarks' demo scene.
+// Prints the tables of docs/: relRMSE against the sum over all lights.
+#include <coppice/embree/threads.hpp>
+#include <coppice/trade/errors.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "demo.hpp"
+
+namespace coppice::bench {
+namespace {
+
+const Threads threads;
+
+double error_of(const std::vector<vec3>& radiance, const std::vector<vec3>& reference) {
+  Image x(int(radiance.size()), 1), r(int(radiance.size()), 1);
+  x.pixels = radiance, r.pixels = reference;
+  return 100 * image_errors(x, r, std::vector<bool>(radiance.size(), true)).rel_rmse;
+}
+
+template <Quantised Value>
+std::vector<vec3> through_cuts(const ShadingBuffer& buffer, const MaskedCuts<Value>& cuts,
+                               const FrameLighting& frame) {
+  std::vector<vec3> radiance(buffer.points.size());
+  threads(buffer.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+    shade_faces(buffer, cuts, frame, begin, end, radiance, {});
+  });
+  return radiance;
+}
+
+std::vector<vec3> all_lights(const ShadingBuffer& buffer, const CutRelighting<>& relighting,
+                             const FrameLighting& frame) {
+  std::vector<vec3> radiance(buffer.points.size());
+  const DenseLights lights(relighting.tree().leaf_count(), frame);
+  threads(buffer.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+    shade_faces_brute_force<Skip::nothing>(buffer, relighting.bits(), relighting.tree().leaf_count(), lights,
+                                           begin, end, radiance);
+  });
+  return radiance;
+}
+
+/// Every point with the same white material, and what cuts of σ = 2 and 256 nodes make of it.
+void error_by_width(const char* name, std::span<const float> widths,
+                    const std::function<void(ShadingPoint&, float)>& set) {
+  Demo& demo = Demo::get();
+  std::printf("| %s |", name);
+  for (const float width : widths) {
+    ShadingBuffer buffer = demo.relighting.buffer();
+    for (ShadingPoint& p : buffer.points) set(p, width);
+    const FrameLighting& frame = demo.lighting[usual];
+    const double error = error_of(through_cuts(buffer, demo.relighting.cuts(usual), frame),
+                                  all_lights(buffer, demo.relighting, frame));
+    std::printf(" %g: %.2f%% |", double(width), error);
+  }
+  std::printf("\n");
+}
+
+/// The illumination cut that splits by mean radiance instead of the cluster's sum.
+FrameLighting split_by_mean(const FrameLighting& frame, std::uint32_t leaf_count,
+                            std::uint32_t granule_log2) {
+  FrameLighting other = frame;
+  const auto mean = [&](std::uint32_t h) {
+    return luminance(frame.nodes[h].power) / std::max(frame.nodes[h].solid_angle, 1e-30f);
+  };
+  other.ends = select_by_budget(leaf_count, mean, illumination_nodes);
+  other.mask = mask_of_ends(leaf_count, other.ends, 0);
+  other.granule_mask = mask_of_ends(leaf_count, other.ends, granule_log2);
+  return other;
+}
+
+void error_by_choice() {
+  Demo& demo = Demo::get();
+  const auto& r = demo.relighting;
+  const FrameLighting& frame = demo.lighting[usual];
+  const auto reference = all_lights(r.buffer(), r, frame);
+  const auto print = [&](const char* name, const std::vector<vec3>& x) {
+    std::printf("| %s | %.3f%% |\n", name, error_of(x, reference));
+  };
+  print("as the library does it", through_cuts(r.buffer(), r.cuts(usual), frame));
+  print("illumination cut by mean radiance, not by sum",
+        through_cuts(r.buffer(), r.cuts(usual),
+                     split_by_mean(frame, r.tree().leaf_count(), r.cuts(usual).granule_log2())));
+  CutRelightingOptions options = r.options();
+  options.keep_bits = false;
+  CutRelighting<std::uint16_t> wide(demo.scene, demo.tracer, demo.scene.camera.value(), demo.environment,
+                                    options, threads);
+  print("visibility in 16 bits, not 8", through_cuts(wide.buffer(), wide.cuts(usual), frame));
+}
+
+}  // namespace
+}  // namespace coppice::bench
+
+int main() {
+  using namespace coppice;
+  using namespace coppice::bench;
+  const float alphas[] = {0.05f, 0.1f, 0.16f, 0.3f, 0.6f, 1.0f}, exponents[] = {500, 100, 20, 5};
+  std::printf("relRMSE at sigma 2 and %zu illumination nodes, by width of the lobe, all points alike\n\n",
+              illumination_nodes);
+  error_by_width("metal, GGX α", alphas,
+                 [](ShadingPoint& p, float a) { set_metallic_roughness(p, vec3(1), 1, std::sqrt(a)); });
+  error_by_width("dielectric, GGX α", alphas,
+                 [](ShadingPoint& p, float a) { set_metallic_roughness(p, vec3(0.5f), 0, std::sqrt(a)); });
+  error_by_width("Phong, half specular, exponent", exponents,
+                 [](ShadingPoint& p, float n) { set_phong(p, vec3(0.5f), vec3(0.5f), n); });
+  std::printf("\nrelRMSE of the scene's own materials\n\n");
+  error_by_choice();
+}
