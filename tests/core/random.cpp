@@ -19,7 +19,7 @@ TEST_CASE("equal seeds repeat, others differ") {
   CHECK(a.bits() != c.bits());
 }
 
-TEST_CASE("uniform lies in [0, 1) with the mean and variance of the uniform distribution") {
+TEST_CASE("uniform is at least 0 and below 1, with the mean and variance of the uniform distribution") {
   Random random(1);
   const int count = 100000;
   double sum = 0, squares = 0;

@@ -54,7 +54,7 @@ TEST_CASE("the error is at most half a level, to the rounding of floats") {
   CHECK(worst_error<std::uint16_t>() <= 1.0 / 131070 + 1.2e-7);
 }
 
-TEST_CASE("values outside [0, 1] are clamped") {
+TEST_CASE("values outside (0, 1) are clamped") {
   for (const float v : {-1e-45f, -0.1f, -1e30f, -std::numeric_limits<float>::infinity()}) {
     CHECK(quantise<std::uint8_t>(v) == 0);
     CHECK(quantise<std::uint16_t>(v) == 0);

@@ -47,7 +47,7 @@ TEST_CASE("a camera takes its node's place and orthonormal axes") {
   CHECK(camera.vertical_fov == 0.8f);
 }
 
-TEST_CASE("the first perspective camera of the walk counts; orthographic ones are warned of") {
+TEST_CASE("the first perspective camera of the walk counts, orthographic ones are warned of") {
   const Scene scene = load(with_camera(
       orthographic + "," + perspective + R"(,{"type":"perspective","perspective":{"yfov":1.5,"znear":0.1}})",
       R"([{"children":[1,2,3],"mesh":0},{"camera":0},{"camera":2},{"camera":1}])"));

@@ -85,7 +85,7 @@ TEST_CASE("points and lines are dropped and counted, and left-over indices too")
   CHECK(scene.warnings[0] == "2 point and line primitives dropped");
 }
 
-TEST_CASE("flat normals unshare vertices; given ones do not") {
+TEST_CASE("flat normals unshare vertices, given ones do not") {
   Builder builder;
   builder.vec3s({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 1});
   builder.indices({0, 1, 2, 0, 2, 3});
@@ -111,7 +111,7 @@ TEST_CASE("zero-area triangles and unused vertices are dropped, and counted once
   CHECK(scene.warnings == std::vector<std::string>{"2 zero-area triangles dropped"});
 }
 
-TEST_CASE("normals of length zero become geometric ones; others are made unit") {
+TEST_CASE("normals of length zero become geometric ones, others are made unit") {
   Builder builder;
   builder.vec3s(corner_positions);
   builder.vec3s({0, 0, 0, 3, 0, 4, 0, 0, 1e-3f});

@@ -74,7 +74,7 @@ TEST_CASE("a node that flattens its mesh to a point leaves no triangles") {
   CHECK(scene.warnings.size() == 2);
 }
 
-TEST_CASE("instances of a mesh are copies; nodes outside of the scene are left out") {
+TEST_CASE("instances of a mesh are copies, nodes outside of the scene are left out") {
   Builder builder = square();
   builder.scenes = R"("scene":1,"scenes":[{"nodes":[2]},{"nodes":[0,1]}])";
   builder.nodes = R"([{"mesh":0},{"mesh":0,"translation":[0,0,1]},{"mesh":0}])";

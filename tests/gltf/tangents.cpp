@@ -28,7 +28,7 @@ void check_orthonormal(const Mesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("tangents follow u; the bitangent points against v") {
+TEST_CASE("tangents follow u, the bitangent points against v") {
   const Mesh mesh = load(with_normal_texture(square())).mesh;
   for (const vec4& tangent : mesh.tangents) CHECK(tangent == vec4(1, 0, 0, 1));
 }
@@ -69,7 +69,7 @@ TEST_CASE("generated tangents are orthogonal to bent normals") {
   check_orthonormal(load(with_normal_texture(builder)).mesh);
 }
 
-TEST_CASE("given tangents are placed and made orthonormal; zero ones stay zero") {
+TEST_CASE("given tangents are placed and made orthonormal, zero ones stay zero") {
   Builder builder = square();
   builder.vec4s({2, 0, 1, 1, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, 5, 1});
   builder.meshes = mesh_json(R"("POSITION":0,"NORMAL":1,"TANGENT":4)", R"(,"indices":3)");

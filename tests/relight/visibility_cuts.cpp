@@ -181,7 +181,7 @@ TEST_CASE("the precomputation does not depend on who runs it") {
   check_same(serial, run(Backwards{333}));
 }
 
-TEST_CASE("progress grows block by block to the end; without receivers there is none") {
+TEST_CASE("progress grows block by block to the end, without receivers there is none") {
   const Lights lights(8);
   const DirectionPackets packets(leaf_directions(lights.tree, lights.directions));
   std::vector<std::size_t> told;
@@ -201,7 +201,7 @@ TEST_CASE("progress grows block by block to the end; without receivers there is 
   CHECK(none.rays == 0);
 }
 
-TEST_CASE("a buried receiver moves as little as frees it; others stay where they are") {
+TEST_CASE("a buried receiver moves as little as frees it, others stay where they are") {
   const SphereOccluder ball{{{{0, 0, 0}, 1}}};
   const DirectionPackets pilot(even_directions(64));
   Receiver free, slightly, deep, hopeless;

@@ -56,14 +56,8 @@ std::vector<CameraHit> trace_camera(const T& tracer, const Camera& camera, const
   return hits;
 }
 
-/// The side from which a ray sees its triangle. The front is where the vertex normals point, whatever the
-/// winding.
 inline SidedTriangle side_seen(const Mesh& mesh, const CameraHit& h) {
-  const uvec3 t = mesh.triangles[h.hit.triangle];
-  const vec3 geometric =
-      cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]);
-  const vec3 shading = mesh.normals[t.x] + mesh.normals[t.y] + mesh.normals[t.z];
-  return {h.hit.triangle, (dot(geometric, shading) >= 0) == h.hit.front};
+  return {h.hit.triangle, seen_from_front(mesh, h.hit)};
 }
 
 /// The sides that any ray sees, each once, by triangle.

@@ -60,7 +60,8 @@ inline Receiver middle_receiver(const vec3& point, const vec3& fallback_normal, 
 
 }  // namespace detail
 
-/// Receivers at every corner of the mesh, in order. Each begins above all faces that meet at the corner.
+/// Receivers at every corner of the mesh, in order. Each begins above all faces that meet at the corner, unless one of
+/// them is tilted by more than 84° (cosine 0.1) from their mean normal.
 inline std::vector<Receiver> corner_receivers(const ReceiverMesh& mesh) {
   std::vector<detail::FacesAround> around(mesh.corners().size());
   const auto for_each_corner = [&](auto&& visit) {
