@@ -1,5 +1,5 @@
-// The shortest program: a scene, an environment, an image. Usage: first_light SCENE.glb ENVIRONMENT.hdr
-// OUT.exr
+// The shortest program: a scene, an environment, an image.
+// Usage: first_light SCENE.glb ENVIRONMENT.hdr OUT.exr
 #include <coppice/core/error.hpp>
 #include <coppice/embree/threads.hpp>
 #include <coppice/embree/tracer.hpp>

@@ -52,6 +52,7 @@ void add_options(CLI::App& app, Options& o) {
       ->required();
   app.add_option("--sigma", o.sigmas, "thresholds of the visibility cuts, separated by commas")
       ->delimiter(',')
+      ->check(finite_number)
       ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--cut-size", o.sizes, "sizes of the illumination cut, separated by commas")
       ->delimiter(',')
@@ -66,6 +67,16 @@ void add_options(CLI::App& app, Options& o) {
   add_cut_options(app, o.cut);
 }
 
+std::filesystem::path plot_path(const Options& o) {
+  return std::filesystem::path(o.common.out).replace_extension(".svg");
+}
+
+/// PREFIX_NAME.exr; empty where no images are asked for.
+std::filesystem::path image_path(const Options& o, const std::string& name) {
+  return o.images.empty() ? std::filesystem::path()
+                          : std::filesystem::path(o.images.string() + "_" + name + ".exr");
+}
+
 std::vector<OperatingPoint> operating_points(const Options& o) {
   std::vector<OperatingPoint> points;
   const auto add = [&](double sigma, std::size_t nodes) {
@@ -78,7 +89,7 @@ std::vector<OperatingPoint> operating_points(const Options& o) {
     unsigned nodes = 0;
     int end = 0;
     if (std::sscanf(text.c_str(), "%lf:%u%n", &sigma, &nodes, &end) != 2 || std::size_t(end) != text.size() ||
-        !(sigma >= 0) || nodes < 1)
+        !(sigma >= 0 && sigma <= 1000) || nodes < 1)
       throw InputError("--points " + text, "is not SIGMA:SIZE", "write for example 2:256");
     add(sigma, nodes);
   }
@@ -203,10 +214,10 @@ void write_images(const Options& o, const std::vector<OperatingPoint>& points, c
   const Image reference = relighting.image(twins.radiance);
   const float exposure = automatic_exposure(reference, relighting.direct().coverage);
   const auto write = [&](const std::string& suffix, const Image& image) {
-    const std::string base = o.images.string() + "_" + suffix;
-    write_exr(base + ".exr", image.width, image.height,
+    std::filesystem::path path = image_path(o, suffix);
+    write_exr(path, image.width, image.height,
               {{"", image}, {"A", relighting.direct().coverage}, {"reference", reference}});
-    write_png(base + ".png", image, exposure);
+    write_png(path.replace_extension(".png"), image, exposure);
   };
   write("reference", reference);
   for (const auto& p : points) {
@@ -218,6 +229,8 @@ void write_images(const Options& o, const std::vector<OperatingPoint>& points, c
 
 void sweep(const Options& o) {
   std::vector<OperatingPoint> points = operating_points(o);
+  for (const auto& path : {o.common.out, plot_path(o), o.common.report, image_path(o, "reference")})
+    if (!path.empty()) require_writable(path);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common);
   in.environment.rotation = glm::radians(o.common.rotate_environment);
@@ -229,7 +242,7 @@ void sweep(const Options& o) {
   Twins twins;
   measure(points, twins, relighting, in.environment, o.repeat);
   write_file(o.common.out, csv(points, twins, relighting));
-  write_file(std::filesystem::path(o.common.out).replace_extension(".svg"), plot(points, twins));
+  write_file(plot_path(o), plot(points, twins));
   if (!o.images.empty()) write_images(o, points, twins, relighting);
   print_table(points, twins, relighting);
   if (o.common.report.empty()) return;

@@ -11,11 +11,11 @@ if [[ ! -x $build/bin/bench_coppice ]]; then
 fi
 # Medians of interleaved repetitions: what else the machine does falls on all alike.
 "$build/bin/bench_coppice" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
-  --benchmark_min_time=0.1 --benchmark_display_aggregates_only=true \
+  --benchmark_min_time=0.1 --benchmark_color=false --benchmark_display_aggregates_only=true \
   --benchmark_out="$build/bench.json" --benchmark_out_format=json "$@"
 
 if [[ -x $build/bin/trade ]]; then
-  "$build/bin/trade" --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr --size 1280x720 \
+  "$build/bin/trade" --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr --size 640x360 \
     --sigma 1,2,3 --cut-size 128,256,512 --out "$build/trade.csv"
 fi
 if [[ -x $build/bin/knobs ]]; then "$build/bin/knobs"; fi

@@ -11,7 +11,7 @@ TEST_CASE("the demo scene loads, with its ground and its camera") {
   CHECK(scene.materials.size() == 7);
   CHECK(scene.textures.size() == 15);
   REQUIRE(scene.camera);
-  CHECK(scene.camera->vertical_fov == 0.5f);
+  CHECK(scene.camera->vertical_fov == 0.44f);
   CHECK(scene.camera->forward.z < -0.5f);  // the helmet faces +z
   float lowest = 1e9f;
   for (const vec3& p : scene.mesh.positions) lowest = std::fmin(lowest, p.y);
