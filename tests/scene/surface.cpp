@@ -164,3 +164,35 @@ TEST_CASE("surfaces emit from their front, from both sides where they have two")
   m.emission_texture = add_texture(scene, {255, 0, 51, 255});
   CHECK(length(emission_at(scene, on_front) - vec3(10, 0, 6)) < 1e-4f);
 }
+
+TEST_CASE("every reading of a material gives its BRDF, valid widths, and no more energy than arrives") {
+  const Shading kinds[] = {Shading::metallic_roughness, Shading::lambert, Shading::phong,
+                           Shading::blinn_phong, Shading::ward};
+  for (std::uint32_t i = 0; i < 5; ++i)
+    for (const float metallic : {0.0f, 0.5f, 1.0f})
+      for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+        ShadingPoint p{};
+        set_material(p, kinds[i], vec3(1), metallic, roughness);
+        const std::uint32_t expected[] = {BRDF_GGX, BRDF_LAMBERT, BRDF_PHONG, BRDF_BLINN_PHONG, BRDF_WARD};
+        CHECK(p.brdf == expected[i]);
+        const bool is_exponent = p.brdf == BRDF_PHONG || p.brdf == BRDF_BLINN_PHONG;
+        if (p.brdf != BRDF_LAMBERT) {
+          CHECK(p.alpha_x >= (is_exponent ? 1.0f : BRDF_MIN_ALPHA));
+          CHECK(p.alpha_x <= (is_exponent ? BRDF_MAX_EXPONENT : 1.0f));
+        }
+        CHECK(p.diffuse.x + p.specular.x <= 1.0f + 1e-6f);
+      }
+}
+
+TEST_CASE("a rougher surface has a wider lobe, whichever it is") {
+  for (const Shading kind : {Shading::phong, Shading::blinn_phong}) {
+    ShadingPoint smooth{}, rough{};
+    set_material(smooth, kind, vec3(1), 1, 0.3f);
+    set_material(rough, kind, vec3(1), 1, 0.6f);
+    CHECK(smooth.alpha_x > rough.alpha_x);
+  }
+  ShadingPoint ward{};
+  set_material(ward, Shading::ward, vec3(1), 1, 0.5f);
+  CHECK(ward.alpha_x == doctest::Approx(0.25f));
+  CHECK(ward.alpha_y == doctest::Approx(0.125f));
+}
