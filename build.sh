@@ -60,13 +60,14 @@ prepare() {
   if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
 }
 
+# build PRESET [TARGET...]: everything where no target is named.
 build() {
   cmake --preset "$1"
-  cmake --build --preset "$1"
+  cmake --build --preset "$1" ${2:+--target "${@:2}"}
 }
 
 demo() {
-  build release
+  build release cut_relighting trade first_light
   scripts/demo.sh "$@"
 }
 
@@ -78,7 +79,7 @@ run_tests() {
 }
 
 bench() {
-  build release
+  build release bench_coppice knobs trade
   scripts/bench.sh "$@"
 }
 

@@ -62,13 +62,16 @@ void add_common_options(CLI::App& app, CommonOptions& o) {
       ->capture_default_str();
   app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")
       ->capture_default_str();
-  app.add_option("--brdf", o.shading, "how materials are read (gltf)")
+  app.add_option("--brdf", o.shading,
+                 "how materials are read (gltf): as glTF means them, or as one of the classic lobes with the "
+                 "same colours")
       ->transform(
           CLI::CheckedTransformer(std::map<std::string, Shading>{{"gltf", Shading::metallic_roughness},
                                                                  {"lambert", Shading::lambert},
                                                                  {"phong", Shading::phong},
                                                                  {"blinn-phong", Shading::blinn_phong},
-                                                                 {"ward", Shading::ward}}));
+                                                                 {"ward", Shading::ward}}))
+      ->option_text("gltf|lambert|phong|blinn-phong|ward");
   app.add_flag_callback(
       "--lambert", [&o] { o.shading = Shading::lambert; }, "short for --brdf lambert");
 }
@@ -85,7 +88,7 @@ void add_cut_options(CLI::App& app, CutOptions& o) {
       ->check(CLI::Range(std::size_t{1}, std::size_t{65536}))
       ->capture_default_str();
   app.add_option("--receiver-tolerance", o.receiver_tolerance,
-                 "split edges whose middle errs by more than this share of the lights")
+                 "split edges whose middle errs by more than this share of unoccluded irradiance")
       ->check(finite_number)
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
@@ -93,6 +96,7 @@ void add_cut_options(CLI::App& app, CutOptions& o) {
       ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30))
       ->capture_default_str();
   app.add_option("--receivers", o.receivers, "receivers on what the camera sees, or everywhere (seen)")
+      ->option_text("seen|all")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, ReceiverScope>{{"seen", ReceiverScope::seen}, {"all", ReceiverScope::all}}));
   app.add_option("--light-count", o.lights, "lights over the sphere")
