@@ -1,5 +1,5 @@
 // What a compute kernel needs of a device: buffers with addresses, the kernel itself, and commands. Free of
-// Vulkan-Hpp, so that only device.cpp pays for compiling it.
+// Vulkan-Hpp, so that only device.cpp and compute.cpp pay for compiling it.
 #pragma once
 
 #include <coppice/vulkan/device.hpp>
