@@ -27,7 +27,7 @@ struct CutRelightingOptions {
       std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
   RefineOptions refine;
   ReceiverScope scope = ReceiverScope::seen;
-  float shortest_edge = 2;  ///< pixels; the tolerance never splits shorter edges
+  float shortest_edge = 2;  ///< pixels; the tolerance alone does not split shorter edges
   float longest_edge =
       32;  ///< pixels; longer edges are always split, so that no shadow hides between receivers
   std::uint32_t pilot_stride = 16;  ///< every how manieth light judges where to split
