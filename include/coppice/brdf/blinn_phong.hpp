@@ -10,13 +10,18 @@ struct BlinnPhong : SeenSurface {
   static constexpr int terms = 2;
   float exponent;
 
-  BlinnPhong(const SeenSurface& surface, float power)
+  COPPICE_FUNCTION BlinnPhong(const SeenSurface& surface, float power)
       : SeenSurface(surface), exponent(valid_exponent(power)) {}
-  explicit BlinnPhong(const ShadingPoint& point) : BlinnPhong(seen_surface(point), point.alpha_x) {}
+  COPPICE_FUNCTION explicit BlinnPhong(const ShadingPoint& point)
+      : BlinnPhong(seen_surface(point), point.alpha_x) {}
 
-  template <class REAL>
+  COPPICE_FUNCTION_OF_REAL
   BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const {
     return brdf_blinn_phong(x, y, z, viewer, exponent);
+  }
+  COPPICE_FUNCTION_OF_REAL
+  FilteredTerms<REAL> filtered(REAL x, REAL y, REAL z, const LightSpread<REAL>& spread) const {
+    return brdf_blinn_phong_filtered(x, y, z, spread, viewer, exponent);
   }
   vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
 };

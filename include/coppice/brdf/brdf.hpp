@@ -11,12 +11,15 @@ namespace coppice {
 /// A reflectance function seen from one viewer. Directions are unit, in the local frame of shared/brdf.h.
 ///   terms            how many of its BrdfTerms are not always 0, from the first
 ///   brdf(x, y, z)    the cosine-weighted terms for light from (x, y, z), for REAL = float and Lanes alike
+///   filtered(x, y, z, spread)  the same for a cluster of lights about (x, y, z), and how much its lobe grows
 ///   colour(terms)    their sum, each times its colour: BRDF · cos, linear RGB
 ///   evaluate(wi, wo) the BRDF itself, without the cosine, 1/sr, for any viewer wo; 0 below the horizon
 template <class B>
-concept Brdf = std::copyable<B> && requires(const B& brdf, float x, vec3 direction, BrdfTerms<float> values) {
+concept Brdf = std::copyable<B> &&
+    requires(const B& brdf, float x, vec3 direction, BrdfTerms<float> values, LightSpread<float> spread) {
   requires B::terms >= 1 && B::terms <= 3;
   { brdf(x, x, x) } -> std::same_as<BrdfTerms<float>>;
+  { brdf.filtered(x, x, x, spread) } -> std::same_as<FilteredTerms<float>>;
   { brdf.colour(values) } -> std::same_as<vec3>;
   { brdf.evaluate(direction, direction) } -> std::same_as<vec3>;
 };
@@ -33,7 +36,7 @@ struct SeenSurface {
   }
 };
 
-inline SeenSurface seen_surface(const ShadingPoint& point) {
+COPPICE_FUNCTION SeenSurface seen_surface(const ShadingPoint& point) {
   return {brdf_viewer_to_local(point.normal, point.tangent, point.to_viewer), point.diffuse, point.specular,
           point.fresnel};
 }
@@ -47,8 +50,10 @@ vec3 brdf_value(B brdf, const vec3& wi, const vec3& wo) {
 }
 
 /// Width of GGX and Ward, kept where the closed forms hold.
-inline float valid_alpha(float alpha) { return std::clamp(alpha, BRDF_MIN_ALPHA, 1.0f); }
+COPPICE_FUNCTION float valid_alpha(float alpha) { return std::clamp(alpha, BRDF_MIN_ALPHA, 1.0f); }
 /// Exponent of Phong and Blinn-Phong, kept where the closed forms hold.
-inline float valid_exponent(float exponent) { return std::clamp(exponent, 1.0f, BRDF_MAX_EXPONENT); }
+COPPICE_FUNCTION float valid_exponent(float exponent) {
+  return std::clamp(exponent, 1.0f, BRDF_MAX_EXPONENT);
+}
 
 }  // namespace coppice

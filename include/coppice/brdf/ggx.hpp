@@ -10,12 +10,15 @@ struct Ggx : SeenSurface {
   static constexpr int terms = 3;
   float alpha;
 
-  Ggx(const SeenSurface& surface, float width) : SeenSurface(surface), alpha(valid_alpha(width)) {}
-  explicit Ggx(const ShadingPoint& point) : Ggx(seen_surface(point), point.alpha_x) {}
+  COPPICE_FUNCTION Ggx(const SeenSurface& surface, float width)
+      : SeenSurface(surface), alpha(valid_alpha(width)) {}
+  COPPICE_FUNCTION explicit Ggx(const ShadingPoint& point) : Ggx(seen_surface(point), point.alpha_x) {}
 
-  template <class REAL>
-  BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const {
-    return brdf_ggx(x, y, z, viewer, alpha);
+  COPPICE_FUNCTION_OF_REAL
+  BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const { return brdf_ggx(x, y, z, viewer, alpha); }
+  COPPICE_FUNCTION_OF_REAL
+  FilteredTerms<REAL> filtered(REAL x, REAL y, REAL z, const LightSpread<REAL>& spread) const {
+    return brdf_ggx_filtered(x, y, z, spread, viewer, alpha);
   }
   vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
 };

@@ -9,12 +9,14 @@ namespace coppice {
 struct Lambert : SeenSurface {
   static constexpr int terms = 1;
 
-  explicit Lambert(const SeenSurface& surface) : SeenSurface(surface) {}
-  explicit Lambert(const ShadingPoint& point) : SeenSurface(seen_surface(point)) {}
+  COPPICE_FUNCTION explicit Lambert(const SeenSurface& surface) : SeenSurface(surface) {}
+  COPPICE_FUNCTION explicit Lambert(const ShadingPoint& point) : SeenSurface(seen_surface(point)) {}
 
-  template <class REAL>
-  BrdfTerms<REAL> operator()(REAL /*x*/, REAL /*y*/, REAL z) const {
-    return brdf_lambert(z, viewer);
+  COPPICE_FUNCTION_OF_REAL
+  BrdfTerms<REAL> operator()(REAL /*x*/, REAL /*y*/, REAL z) const { return brdf_lambert(z, viewer); }
+  COPPICE_FUNCTION_OF_REAL
+  FilteredTerms<REAL> filtered(REAL /*x*/, REAL /*y*/, REAL z, const LightSpread<REAL>& spread) const {
+    return brdf_lambert_filtered(z, spread, viewer);
   }
   vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
 };

@@ -10,12 +10,15 @@ struct Phong : SeenSurface {
   static constexpr int terms = 2;
   float exponent;
 
-  Phong(const SeenSurface& surface, float power) : SeenSurface(surface), exponent(valid_exponent(power)) {}
-  explicit Phong(const ShadingPoint& point) : Phong(seen_surface(point), point.alpha_x) {}
+  COPPICE_FUNCTION Phong(const SeenSurface& surface, float power)
+      : SeenSurface(surface), exponent(valid_exponent(power)) {}
+  COPPICE_FUNCTION explicit Phong(const ShadingPoint& point) : Phong(seen_surface(point), point.alpha_x) {}
 
-  template <class REAL>
-  BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const {
-    return brdf_phong(x, y, z, viewer, exponent);
+  COPPICE_FUNCTION_OF_REAL
+  BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const { return brdf_phong(x, y, z, viewer, exponent); }
+  COPPICE_FUNCTION_OF_REAL
+  FilteredTerms<REAL> filtered(REAL x, REAL y, REAL z, const LightSpread<REAL>& spread) const {
+    return brdf_phong_filtered(x, y, z, spread, viewer, exponent);
   }
   vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
 };

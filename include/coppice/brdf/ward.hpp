@@ -10,13 +10,18 @@ struct Ward : SeenSurface {
   static constexpr int terms = 2;
   float alpha_x, alpha_y;
 
-  Ward(const SeenSurface& surface, float along, float across)
+  COPPICE_FUNCTION Ward(const SeenSurface& surface, float along, float across)
       : SeenSurface(surface), alpha_x(valid_alpha(along)), alpha_y(valid_alpha(across)) {}
-  explicit Ward(const ShadingPoint& point) : Ward(seen_surface(point), point.alpha_x, point.alpha_y) {}
+  COPPICE_FUNCTION explicit Ward(const ShadingPoint& point)
+      : Ward(seen_surface(point), point.alpha_x, point.alpha_y) {}
 
-  template <class REAL>
+  COPPICE_FUNCTION_OF_REAL
   BrdfTerms<REAL> operator()(REAL x, REAL y, REAL z) const {
     return brdf_ward(x, y, z, viewer, alpha_x, alpha_y);
+  }
+  COPPICE_FUNCTION_OF_REAL
+  FilteredTerms<REAL> filtered(REAL x, REAL y, REAL z, const LightSpread<REAL>& spread) const {
+    return brdf_ward_filtered(x, y, z, spread, viewer, alpha_x, alpha_y);
   }
   vec3 evaluate(const vec3& wi, const vec3& wo) const { return brdf_value(*this, wi, wo); }
 };

@@ -14,6 +14,13 @@ struct LightNode {
   float solid_angle;  ///< Σ solid angle, steradians
 };
 
+/// Where a receiver's visibility cut has a meaning: towards directions d with dot(normal, d) > cosine. Towards the
+/// others it sees nothing, whatever its cut says. A cut that tells all is given the normal 0 and the cosine -1.
+struct ReceiverHorizon {
+  vec3 normal;
+  float cosine;
+};
+
 /// One point to be shaded, from the deferred buffer. Colour = Σ over clusters of
 /// power · visibility · (diffuse · t0 + specular · t1 + fresnel · t2), the terms t of brdf.h.
 struct ShadingPoint {
@@ -42,6 +49,7 @@ COPPICE_END
 #ifndef COPPICE_GLSL
 #include <cstddef>
 namespace coppice {
+static_assert(sizeof(ReceiverHorizon) == 16 && offsetof(ReceiverHorizon, cosine) == 12);
 static_assert(sizeof(LightNode) == 32 && offsetof(LightNode, direction) == 16);
 static_assert(sizeof(ShadingPoint) == 96 && offsetof(ShadingPoint, to_viewer) == 32 &&
               offsetof(ShadingPoint, fresnel) == 80);
