@@ -66,7 +66,35 @@ TEST_CASE("bit k of a mask is the end of granule k, and values follow in order")
   CHECK(store[1].mask[0] == (1u << 0 | 1u << 1 | 1u << 3 | 1u << 7 | 1u << 15 | 1u << 31));
   CHECK(store[1].mask[1] == 0x80000000u);
   CHECK(store[1].values[6] == 7);
-  CHECK(store.byte_count() == 4 * 4 + 8 + 3 * 4);
+  CHECK(store.byte_count() == 4 * 4 + 8 + 3 * 4 + 2 * 16);
+}
+
+TEST_CASE("each cut keeps the horizon it came with, or none") {
+  MaskedCuts<std::uint8_t> store(64, 0);
+  const Cut<std::uint8_t> cut{{64}, {1}};
+  store.append(CutView<std::uint8_t>(cut), {vec3(0, 0.6f, 0.8f), -0.25f});
+  store.append(CutView<std::uint8_t>(cut));
+  REQUIRE(store.horizons().size() == 2);
+  CHECK(store[0].horizon.normal == vec3(0, 0.6f, 0.8f));
+  CHECK(store[0].horizon.cosine == -0.25f);
+  CHECK(store[1].horizon.normal == vec3(0));
+  CHECK(store[1].horizon.cosine == -1);
+}
+
+TEST_CASE("weights of at most 1 make no granule of m <= 4 sigma^2 leaves err by more than sigma^2") {
+  Random random(4);
+  double worst = 0;
+  for (int i = 0; i < 20000; ++i) {
+    double all = 0, visible = 0;
+    for (int leaf = 0; leaf < 16; ++leaf) {
+      const double weight = std::min(1.0f, 2 * random.uniform());
+      all += weight;
+      if (random.bits() & 1) visible += weight;
+    }
+    worst = std::max(worst, visible * (all - visible) / all);
+  }
+  CHECK(worst <= 4);  // σ = 2
+  CHECK(worst > 3);
 }
 
 TEST_CASE("a store of a tree without leaves holds cuts without pieces") {

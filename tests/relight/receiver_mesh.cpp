@@ -96,3 +96,16 @@ TEST_CASE("a back is located on the back") {
   check_location(mesh, receivers, {1, false}, vec2(0.2f, 0.3f));
   CHECK(receivers.faces()[receivers.locate({1, false}, vec2(0.2f, 0.3f)).face].normal.y < 0);
 }
+
+TEST_CASE("every face knows its scene's triangle, refined ones that of their parent") {
+  const Mesh mesh = bumpy_mesh(2, 0.2f, 4);
+  const SphereOccluder ball{{{{0.5f, 0.5f, -0.5f}, 0.2f}}};
+  ReceiverMesh receivers(mesh, all_fronts(mesh));
+  refine_receivers(
+      receivers, ball, DirectionPackets(even_directions(128)), {0.01, 200},
+      [](const vec3&) { return EdgeLimits{}; }, Serial());
+  REQUIRE(receivers.faces().size() > 100);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const vec2& uv : {vec2(0.1f, 0.1f), vec2(0.8f, 0.1f), vec2(0.1f, 0.8f), vec2(0.3f, 0.3f)})
+      CHECK(receivers.faces()[receivers.locate({t, true}, uv).face].triangle == t);
+}

@@ -107,3 +107,24 @@ TEST_CASE("a degenerate face gives a finite receiver") {
     CHECK(r.normal == vec3(0, 1, 0));
   }
 }
+
+TEST_CASE("receivers may be bent only at corners of faces with a normal map, the refined ones too") {
+  Scene scene;
+  scene.materials = {dielectric(vec3(1), 1), dielectric(vec3(1), 1)};
+  scene.materials[1].normal_texture = 0;
+  add_ground(scene.mesh, 1, 0, 0);
+  add_quad(scene.mesh, {1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 1);  // beside the ground, shares an edge with it
+  ReceiverMesh mesh(scene.mesh, all_fronts(scene.mesh));
+  const auto outer = mesh.faces()[3];
+  const std::uint32_t m = mesh.add_corner({vec3(2, 0, 0), vec3(0, 1, 0)});
+  const std::vector<ReceiverMesh::Face> children{
+      {{outer.corners.x, outer.corners.y, m}, outer.uv, outer.normal, outer.triangle},
+      {{outer.corners.y, outer.corners.z, m}, outer.uv, outer.normal, outer.triangle}};
+  mesh.subdivide(3, children);
+  auto receivers = corner_receivers(mesh);
+  for (const Receiver& r : receivers) CHECK(r.bend == 0);
+  mark_bumpy_receivers(scene, mesh, receivers);
+  REQUIRE(receivers.size() == 7);
+  for (std::size_t c = 0; c < receivers.size(); ++c)
+    CHECK(receivers[c].bend == (mesh.corners()[c].position.x >= 1 ? bump_sine : 0.0f));
+}

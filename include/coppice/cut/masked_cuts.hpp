@@ -1,6 +1,8 @@
 // Many cuts in one store: a bitmask of ends on a grid of granules, and the values in order.
 #pragma once
 
+#include <coppice/shared/layout.h>
+
 #include <bit>
 #include <coppice/cut/cut.hpp>
 #include <coppice/cut/quantise.hpp>
@@ -24,13 +26,20 @@ template <Quantised Value>
 struct MaskedCutView {
   const std::uint32_t* mask;  ///< bit k: the cut has the end (k + 1) · granule
   const Value* values;
+  ReceiverHorizon horizon;
 };
 
+/// The horizon of a cut that has a meaning towards all directions.
+inline constexpr ReceiverHorizon no_horizon{vec3(0), -1};
+
 /// Cuts over one tree whose ends all lie on granules. The same arrays are read by cut_shade.comp.
-/// Bytes a cut: leaf_count / granule / 8 for the mask, one value a piece, and 4.
+/// Bytes a cut: leaf_count / granule / 8 for the mask, one value a piece, 16 for the horizon, and 4.
 template <Quantised Value>
 class MaskedCuts {
  public:
+  /// Values that can be read behind those of any cut, so that a register of them may begin at the last.
+  static constexpr std::size_t value_slack = 8;
+
   MaskedCuts() = default;
   MaskedCuts(std::uint32_t leaf_count, std::uint32_t granule_log2)
       : leaf_count_(leaf_count),
@@ -43,18 +52,20 @@ class MaskedCuts {
   std::size_t size() const { return first_value_.size() - 1; }
   std::size_t piece_count(std::size_t i) const { return first_value_[i + 1] - first_value_[i]; }
   std::size_t byte_count() const {
-    return masks_.size() * sizeof(std::uint32_t) + values_.size() * sizeof(Value) + first_value_.size() * 4;
+    return masks_.size() * sizeof(std::uint32_t) + values_.size() * sizeof(Value) + first_value_.size() * 4 +
+           horizons_.size() * sizeof(ReceiverHorizon);
   }
   std::span<const std::uint32_t> masks() const { return masks_; }
-  std::span<const Value> values() const { return values_; }
+  std::span<const Value> values() const { return std::span(values_).first(values_.size() - value_slack); }
   std::span<const std::uint32_t> first_value() const { return first_value_; }  ///< size() + 1 offsets
+  std::span<const ReceiverHorizon> horizons() const { return horizons_; }
 
   MaskedCutView<Value> operator[](std::size_t i) const {
-    return {masks_.data() + i * words_per_cut_, values_.data() + first_value_[i]};
+    return {masks_.data() + i * words_per_cut_, values_.data() + first_value_[i], horizons_[i]};
   }
 
   /// Adds a cut whose ends are multiples of the granule.
-  void append(CutView<Value> cut) {
+  void append(CutView<Value> cut, const ReceiverHorizon& horizon = no_horizon) {
     const std::size_t base = masks_.size();
     masks_.resize(base + words_per_cut_, 0);
     for (const std::uint32_t end : cut.ends) {
@@ -62,8 +73,11 @@ class MaskedCuts {
       COPPICE_ASSERT(end % (1u << granule_log2_) == 0 && end <= leaf_count_);
       masks_[base + bit / 32] |= 1u << (bit % 32);
     }
+    values_.resize(values_.size() - value_slack);
     values_.insert(values_.end(), cut.values.begin(), cut.values.end());
     first_value_.push_back(std::uint32_t(values_.size()));
+    values_.resize(values_.size() + value_slack);
+    horizons_.push_back(horizon);
   }
 
   /// Cut i with its ends spelled out.
@@ -80,7 +94,8 @@ class MaskedCuts {
   std::uint32_t leaf_count_ = 0, granule_log2_ = 0, words_per_cut_ = 0;
   std::vector<std::uint32_t> masks_;
   std::vector<std::uint32_t> first_value_{0};
-  std::vector<Value> values_;
+  std::vector<Value> values_ = std::vector<Value>(value_slack);
+  std::vector<ReceiverHorizon> horizons_;
 };
 
 }  // namespace coppice

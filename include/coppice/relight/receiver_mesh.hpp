@@ -21,6 +21,7 @@ struct Receiver {
   vec3 normal{0, 1, 0};  ///< unit; mean of the faces around it
   vec3 inward{0};        ///< in the tangent plane, from the corner to the mean of its faces' centroids
   float horizon = 0;  ///< lights with dot(normal, direction) <= horizon lie below all those faces: occluded
+  float bend = 0;     ///< sine of the angle by which normal maps may bend the shading normals around it
 };
 
 /// A scene's triangle, seen from one side.
@@ -46,6 +47,7 @@ class ReceiverMesh {
     std::array<vec2, 3>
         uv;       ///< of the corners, as (u, v) of the scene's triangle: p = (1-u-v)·p0 + u·p1 + v·p2
     vec3 normal;  ///< unit; of the scene's triangle, on the face's side
+    std::uint32_t triangle = 0;  ///< the scene's triangle
     std::uint32_t first_child = no_face;
     std::uint32_t child_count = 0;
   };
@@ -118,7 +120,7 @@ class ReceiverMesh {
 
   void add_root(const Mesh& mesh, SidedTriangle side,
                 std::unordered_map<Key, std::uint32_t, KeyHash>& corner_of) {
-    Face face{{}, {vec2(0, 0), vec2(1, 0), vec2(0, 1)}, side_normal(mesh, side)};
+    Face face{{}, {vec2(0, 0), vec2(1, 0), vec2(0, 1)}, side_normal(mesh, side), side.triangle};
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.triangles[side.triangle][k];
       const vec3 p = mesh.positions[v] + 0.0f, n = (side.front ? mesh.normals[v] : -mesh.normals[v]) + 0.0f;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <coppice/relight/receiver_mesh.hpp>
+#include <coppice/scene/scene.hpp>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -60,8 +61,8 @@ inline Receiver middle_receiver(const vec3& point, const vec3& fallback_normal, 
 
 }  // namespace detail
 
-/// Receivers at every corner of the mesh, in order. Each begins above all faces that meet at the corner, unless one of
-/// them is tilted by more than 84° (cosine 0.1) from their mean normal.
+/// Receivers at every corner of the mesh, in order. Each begins above all faces that meet at the corner,
+/// unless one of them is tilted by more than 84° (cosine 0.1) from their mean normal.
 inline std::vector<Receiver> corner_receivers(const ReceiverMesh& mesh) {
   std::vector<detail::FacesAround> around(mesh.corners().size());
   const auto for_each_corner = [&](auto&& visit) {
@@ -92,6 +93,23 @@ inline std::vector<Receiver> corner_receivers(const ReceiverMesh& mesh) {
     receivers[c].horizon = steepest[c] <= 0 ? -1.0f : -std::sqrt(std::max(0.0f, sine2));
   }
   return receivers;
+}
+
+/// Sine of the angle by which normal maps are taken to bend shading normals: 12 degrees; measured:
+/// docs/cut.md.
+inline constexpr float bump_sine = 0.2f;
+
+/// Sets the bend of the receivers at corners of faces whose material has a normal map. Precondition: one
+/// receiver a corner of the mesh, in order.
+inline void mark_bumpy_receivers(const Scene& scene, const ReceiverMesh& mesh,
+                                 std::span<Receiver> receivers) {
+  COPPICE_ASSERT(receivers.size() == mesh.corners().size());
+  for (std::uint32_t f = 0; f < mesh.faces().size(); ++f) {
+    const ReceiverMesh::Face& face = mesh.faces()[f];
+    const Material& material = scene.materials[scene.mesh.materials[face.triangle]];
+    if (!mesh.is_leaf(f) || material.normal_texture < 0) continue;
+    for (int k = 0; k < 3; ++k) receivers[face.corners[k]].bend = bump_sine;
+  }
 }
 
 }  // namespace coppice

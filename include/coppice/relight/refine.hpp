@@ -227,7 +227,8 @@ class Refiner {
     const Vertex m = middle_vertex(i, j);
     std::vector<ReceiverMesh::Face> children;
     const auto add = [&](const Vertex& a, const Vertex& b, const Vertex& c) {
-      children.push_back({uvec3(a.first, b.first, c.first), {a.second, b.second, c.second}, face.normal});
+      children.push_back(
+          {uvec3(a.first, b.first, c.first), {a.second, b.second, c.second}, face.normal, face.triangle});
     };
     const auto add_half = [&](std::size_t from, std::size_t to) {
       if (!is_split(from, to)) return add(m, vertex(from), vertex(to));

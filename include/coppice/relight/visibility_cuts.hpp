@@ -3,8 +3,8 @@
 
 #include <coppice/core/parallel.hpp>
 #include <coppice/cut/masked_cuts.hpp>
-#include <coppice/cut/select.hpp>
 #include <coppice/relight/visibility.hpp>
+#include <coppice/relight/visibility_cut_selector.hpp>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -12,81 +12,27 @@
 
 namespace coppice {
 
-struct VisibilityCutOptions {
-  double sigma = 2;  ///< Cuts Eq. 6: |C|·var <= σ² on each piece; smaller is finer. The paper: 1.5 to 3
-  std::size_t max_size = 1000;  ///< pieces a cut at most; the worst nodes are split first
-};
-
-/// Selects the visibility cut of one row of bits. Counts of visible leaves are summed up the tree from
-/// popcounts of granules; with c of n lights visible, |C|·var = c(n-c)/n exactly. The scratch is kept between
-/// calls.
-class VisibilityCutSelector {
- public:
-  VisibilityCutSelector(const LightTree& tree, VisibilityCutOptions options)
-      : tree_(&tree),
-        options_(options),
-        granule_log2_(granule_log2_for(options.sigma, tree.leaf_count())),
-        granule_count_(tree.leaf_count() >> granule_log2_),
-        visible_(2 * std::size_t(granule_count_)) {}
-
-  std::uint32_t granule_log2() const { return granule_log2_; }
-
-  /// Bits by leaf rank; padding leaves must be zero.
-  template <Quantised Value>
-  Cut<Value> select(std::span<const std::uint64_t> bits) {
-    count_visible(bits);
-    const auto error = [this](std::uint32_t h) {
-      const double c = visible_[h], n = tree_->light_count[h];
-      return n == 0 ? 0.0 : c * (n - c) / n;
-    };
-    auto ends =
-        select_by_threshold(granule_count_, error, options_.sigma * options_.sigma, options_.max_size);
-    auto cut = cut_with_values(granule_count_, std::move(ends), [this](std::uint32_t h) {
-      const float n = float(tree_->light_count[h]);
-      return quantise<Value>(n == 0 ? 0.0f : float(visible_[h]) / n);
-    });
-    for (auto& end : cut.ends) end <<= granule_log2_;
-    return cut;
-  }
-
- private:
-  /// Heap ids of the tree over granules are those of the light tree above them.
-  void count_visible(std::span<const std::uint64_t> bits) {
-    const std::uint32_t size = 1u << granule_log2_;
-    const std::uint64_t granule_mask = (std::uint64_t{1} << size) - 1;
-    for (std::uint32_t g = 0; g < granule_count_; ++g) {
-      const std::uint32_t first = g << granule_log2_;
-      visible_[granule_count_ + g] =
-          std::uint32_t(std::popcount((bits[first / 64] >> (first % 64)) & granule_mask));
-    }
-    for (std::uint32_t h = granule_count_; h-- > 1;) visible_[h] = visible_[2 * h] + visible_[2 * h + 1];
-  }
-
-  const LightTree* tree_;
-  VisibilityCutOptions options_;
-  std::uint32_t granule_log2_, granule_count_;
-  std::vector<std::uint32_t> visible_;
-};
-
 /// Told between blocks how many receivers of how many are done.
 using Progress = std::function<void(std::size_t done, std::size_t total)>;
 
 /// Calls consume(receiver index, row of bits) for every receiver on the executor's threads, in blocks of
-/// `visibility_block`; after each block end_of_block(first, count) is called once. Returns the rays traced.
+/// `visibility_block`; after each block end_of_block(first, count) is called once. Each piece of work has a
+/// copy of `consume`, which may keep scratch. Returns the rays traced.
 inline constexpr std::size_t visibility_block = 2048;
 
 template <Occluder O, Executor E, class Consume, class EndOfBlock>
 std::size_t for_each_visibility(const O& occluder, const DirectionPackets& lights,
-                                std::span<const Receiver> receivers, const E& executor, Consume&& consume,
-                                EndOfBlock&& end_of_block) {
+                                std::span<const Receiver> receivers, const E& executor,
+                                const Consume& consume, EndOfBlock&& end_of_block) {
   std::vector<std::size_t> traced(receivers.size());
   for (std::size_t first = 0; first < receivers.size(); first += visibility_block) {
     const std::size_t count = std::min(visibility_block, receivers.size() - first);
     executor(count, 16, [&](std::size_t begin, std::size_t end) {
       std::vector<std::uint64_t> bits(words_for_bits(lights.count()));
+      Consume consume_here = consume;
       for (std::size_t i = first + begin; i < first + end; ++i) {
         traced[i] = trace_visibility(occluder, lights, receivers[i], bits);
-        consume(i, std::span<const std::uint64_t>(bits));
+        consume_here(i, std::span<const std::uint64_t>(bits));
       }
     });
     end_of_block(first, count);
@@ -140,16 +86,21 @@ VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& 
   const std::size_t words = words_for_bits(tree.leaf_count());
   if (keep_bits) result.bits.resize(receivers.size() * words);
   std::vector<std::vector<Cut<Value>>> block(options.size(), std::vector<Cut<Value>>(visibility_block));
-  for (const auto& o : options)
-    result.cuts.emplace_back(tree.leaf_count(), granule_log2_for(o.sigma, tree.leaf_count()));
-  const auto select = [&](std::size_t i, std::span<const std::uint64_t> bits) {
+  std::vector<VisibilityCutSelector> selectors;
+  for (const auto& o : options) {
+    selectors.emplace_back(tree, leaf_lights, o);
+    result.cuts.emplace_back(tree.leaf_count(), selectors.back().granule_log2());
+  }
+  const auto select = [&, selectors](std::size_t i, std::span<const std::uint64_t> bits) mutable {
     for (std::size_t o = 0; o < options.size(); ++o)
-      block[o][i % visibility_block] = VisibilityCutSelector(tree, options[o]).template select<Value>(bits);
+      block[o][i % visibility_block] =
+          selectors[o].template select<Value>(bits, horizon_of(receivers[i], options[o].weight));
     if (keep_bits) std::ranges::copy(bits, result.bits.begin() + std::ptrdiff_t(i * words));
   };
   const auto store = [&](std::size_t first, std::size_t count) {
     for (std::size_t o = 0; o < options.size(); ++o)
-      for (std::size_t i = 0; i < count; ++i) result.cuts[o].append(block[o][i]);
+      for (std::size_t i = 0; i < count; ++i)
+        result.cuts[o].append(block[o][i], horizon_of(receivers[first + i], options[o].weight));
     if (progress) progress(first + count, receivers.size());
   };
   result.rays = for_each_visibility(occluder, leaf_lights, receivers, executor, select, store);
