@@ -2,33 +2,18 @@
 // speed-up.
 #pragma once
 
+#include <coppice/core/simd.hpp>
+//
 #include <algorithm>
 #include <bit>
-#include <coppice/relight/frame_lighting.hpp>
+#include <coppice/relight/dense_lights.hpp>
 #include <coppice/relight/shade.hpp>
+#include <coppice/relight/shading_buffer.hpp>
 #include <coppice/relight/visibility.hpp>
 #include <span>
 #include <vector>
 
-namespace coppice {
-
-/// Lights by leaf rank as structure of arrays, padded with dark lights to a multiple of 64.
-struct DenseLights {
-  std::vector<float> x, y, z, red, green, blue;
-
-  /// From the leaves of a frame's nodes.
-  DenseLights(std::uint32_t leaf_count, const FrameLighting& frame) {
-    for (auto* axis : {&x, &y, &z, &red, &green, &blue}) axis->assign((leaf_count + 63) / 64 * 64, 0.0f);
-    for (std::uint32_t i = 0; i < leaf_count; ++i) {
-      const LightNode& n = frame.nodes[leaf_count + i];
-      x[i] = n.direction.x, y[i] = n.direction.y, z[i] = n.direction.z;
-      red[i] = n.power.x, green[i] = n.power.y, blue[i] = n.power.z;
-    }
-  }
-};
-
-/// Which lights brute force leaves out.
-enum class Skip { nothing, unseen };
+namespace coppice::inline HWY_NAMESPACE {
 
 /// Radiance of one point from all lights, visibility interpolated between three rows of bits. With
 /// Skip::unseen, registers of lights that none of the three receivers sees are left out.
@@ -55,7 +40,7 @@ vec3 shade_brute_force(const ShadingPoint& point, const DenseLights& lights, std
       sums.add<B::terms>(terms, visibility, Lanes::load(&lights.red[i]), Lanes::load(&lights.green[i]),
                          Lanes::load(&lights.blue[i]));
     }
-    return sums.colour(point, 1);
+    return sums.colour(point);
   });
 }
 
@@ -74,4 +59,4 @@ void shade_faces_brute_force(const ShadingBuffer& buffer, std::span<const std::u
   }
 }
 
-}  // namespace coppice
+}  // namespace coppice::inline HWY_NAMESPACE

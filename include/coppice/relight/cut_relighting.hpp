@@ -4,7 +4,7 @@
 
 #include <coppice/core/stopwatch.hpp>
 #include <coppice/light/directions.hpp>
-#include <coppice/relight/brute_force.hpp>
+#include <coppice/relight/compiled_kernels.hpp>
 #include <coppice/relight/deferred.hpp>
 #include <coppice/relight/refine.hpp>
 #include <coppice/tree/build.hpp>
@@ -31,6 +31,7 @@ struct CutRelightingOptions {
   float longest_edge =
       32;  ///< pixels; longer edges are always split, so that no shadow hides between receivers
   std::uint32_t pilot_stride = 16;  ///< every how manieth light judges where to split
+  LobeOptions lobes;
   bool keep_bits =
       false;  ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
 };
@@ -66,6 +67,7 @@ class CutRelighting {
     report_.unrefined_receivers = mesh.corners().size();
     refine(mesh, tracer, camera, executor);
     receivers_ = corner_receivers(mesh);
+    mark_bumpy_receivers(scene, mesh, receivers_);
     free_buried_receivers(tracer, pilot(8 * options_.pilot_stride), receivers_, executor);
     report_.refinement = watch.lap();
     report_.receivers = receivers_.size();
@@ -84,14 +86,19 @@ class CutRelighting {
     return light_frame(tree_, lights, directions_, max_nodes, cuts(which).granule_log2());
   }
 
-  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives its
-  /// clusters.
+  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives how many it
+  /// took.
   template <Executor E>
   std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which = 0,
                           std::span<std::uint32_t> cluster_count = {}) const {
+    return shade(frame, executor, which, cluster_count, options_.lobes);
+  }
+  template <Executor E>
+  std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which,
+                          std::span<std::uint32_t> cluster_count, const LobeOptions& lobes) const {
     std::vector<vec3> radiance(buffer_.points.size());
     executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      shade_faces(buffer_, cuts(which), frame, begin, end, radiance, cluster_count);
+      kernels_->shade_faces(buffer_, cuts(which), frame, lobes, begin, end, radiance, cluster_count);
     });
     return radiance;
   }
@@ -103,8 +110,7 @@ class CutRelighting {
     std::vector<vec3> radiance(buffer_.points.size());
     const DenseLights lights(tree_.leaf_count(), frame);
     executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      shade_faces_brute_force<skip>(buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end,
-                                    radiance);
+      kernels_->brute_force(skip, buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end, radiance);
     });
     return radiance;
   }
@@ -115,6 +121,11 @@ class CutRelighting {
     for (std::size_t i = 0; i < result.pixels.size(); ++i) result.pixels[i] += direct_.emission.pixels[i];
     return result;
   }
+
+  /// Shades with kernels for other instructions than those that the including file is compiled for
+  /// (kernels/kernels.hpp chooses the best of the machine).
+  void use(const ShadingKernels<Value>& kernels) { kernels_ = &kernels; }
+  const ShadingKernels<Value>& kernels() const { return *kernels_; }
 
   const CutRelightingOptions& options() const { return options_; }
   const LightTree& tree() const { return tree_; }
@@ -173,6 +184,7 @@ class CutRelighting {
     refine_receivers(mesh, tracer, pilot(options_.pilot_stride), options_.refine, limits, executor);
   }
 
+  const ShadingKernels<Value>* kernels_ = &compiled_kernels<Value>();
   CutRelightingOptions options_;
   std::vector<vec3> lattice_, directions_;  // by light: centres of cells, and where their light comes from
   LightTree tree_;

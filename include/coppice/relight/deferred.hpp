@@ -5,7 +5,7 @@
 #include <coppice/core/image.hpp>
 #include <coppice/core/parallel.hpp>
 #include <coppice/relight/receiver_mesh.hpp>
-#include <coppice/relight/shade.hpp>
+#include <coppice/relight/shading_buffer.hpp>
 #include <coppice/scene/surface.hpp>
 #include <numeric>
 #include <vector>

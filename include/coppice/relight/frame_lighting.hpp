@@ -49,6 +49,11 @@ inline LightNode light_node(const LightSum& s) {
 
 }  // namespace detail
 
+/// A granule inside of which the illumination cut has ends: its nodes are fine_nodes[first … first + count).
+struct FineGranule {
+  std::uint32_t granule, first, count;
+};
+
 /// The lighting of one frame on a tree.
 struct FrameLighting {
   std::vector<LightNode> nodes;     ///< by heap id, 2N
@@ -56,6 +61,8 @@ struct FrameLighting {
   std::vector<std::uint32_t> mask;  ///< bit e - 1: the cut has the end e; (N + 31)/32 words
   std::vector<std::uint32_t>
       granule_mask;  ///< the ends on granules only: bit k for the end (k + 1) · granule
+  std::vector<FineGranule> fine_granules;
+  std::vector<std::uint32_t> fine_nodes;  ///< heap ids of the cut's nodes that are smaller than a granule
 };
 
 /// The ends of a cut as a bitmask over granules; ends inside a granule are left out.
@@ -68,6 +75,24 @@ inline std::vector<std::uint32_t> mask_of_ends(std::uint32_t leaf_count, std::sp
     mask[bit / 32] |= 1u << (bit % 32);
   }
   return mask;
+}
+
+/// Sets the illumination cut of a frame.
+inline void set_illumination_cut(FrameLighting& frame, std::uint32_t leaf_count,
+                                 std::vector<std::uint32_t> ends, std::uint32_t granule_log2) {
+  frame.ends = std::move(ends);
+  frame.mask = mask_of_ends(leaf_count, frame.ends, 0);
+  frame.granule_mask = mask_of_ends(leaf_count, frame.ends, granule_log2);
+  frame.fine_granules.clear();
+  frame.fine_nodes.clear();
+  for_each_piece(frame.ends, [&](LeafRange r, std::size_t) {
+    const std::uint32_t granule = r.begin >> granule_log2;
+    if (r.size() >= 1u << granule_log2) return;
+    if (frame.fine_granules.empty() || frame.fine_granules.back().granule != granule)
+      frame.fine_granules.push_back({granule, std::uint32_t(frame.fine_nodes.size()), 0});
+    frame.fine_nodes.push_back(node_of_range(leaf_count, r.begin, r.end));
+    ++frame.fine_granules.back().count;
+  });
 }
 
 /// Sums the lights up the tree and selects the illumination cut: the node of greatest luminance sum is split
@@ -88,10 +113,9 @@ inline FrameLighting light_frame(const LightTree& tree, std::span<const CellLigh
   FrameLighting frame;
   frame.nodes.reserve(sums.size());
   for (const auto& s : sums) frame.nodes.push_back(detail::light_node(s));
-  frame.ends = select_by_budget(
-      n, [&](std::uint32_t h) { return sums[h].luminance; }, max_nodes);
-  frame.mask = mask_of_ends(n, frame.ends, 0);
-  frame.granule_mask = mask_of_ends(n, frame.ends, granule_log2);
+  for (std::uint32_t leaf = 0; leaf < n; ++leaf) frame.nodes[n + leaf].spread = 0;  // exactly: one direction
+  const auto intensity = [&](std::uint32_t h) { return sums[h].luminance; };
+  set_illumination_cut(frame, n, select_by_budget(n, intensity, max_nodes), granule_log2);
   return frame;
 }
 

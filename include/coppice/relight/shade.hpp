@@ -1,14 +1,21 @@
 // Shading of points from merged clusters: Σ power · interpolated visibility · BRDF.
 #pragma once
 
+#include <coppice/core/simd.hpp>
+//
 #include <coppice/shared/layout.h>
 
+#include <algorithm>
+#include <bit>
 #include <coppice/brdf/with_brdf.hpp>
 #include <coppice/relight/clusters.hpp>
+#include <coppice/relight/lobes.hpp>
+#include <coppice/relight/node_lanes.hpp>
+#include <coppice/relight/node_queue.hpp>
 #include <span>
 #include <vector>
 
-namespace coppice {
+namespace coppice::inline HWY_NAMESPACE {
 
 /// Rows that take a world direction to a point's local frame.
 struct LocalFrame {
@@ -24,79 +31,192 @@ struct LocalFrame {
 /// Σ_k power_k · visibility_k · term_j, for the terms of one BRDF: nine sums, coloured once at the end.
 class TermSums {
  public:
-  template <int terms>
-  void add(const BrdfTerms<Lanes>& t, Lanes visibility, Lanes red, Lanes green, Lanes blue) {
+  template <int terms, class Terms>
+  HWY_INLINE void add(const Terms& t, Lanes visibility, Lanes red, Lanes green, Lanes blue) {
     const Lanes term[3] = {t.diffuse, t.specular, t.fresnel};
     for (int j = 0; j < terms; ++j) {
-      const Lanes v = visibility * term[j];
-      sums_[j][0] = mul_add(v, red, sums_[j][0]);
-      sums_[j][1] = mul_add(v, green, sums_[j][1]);
-      sums_[j][2] = mul_add(v, blue, sums_[j][2]);
+      const Lanes seen = term[j] * visibility;
+      sums_[j][0] = mul_add(red, seen, sums_[j][0]);
+      sums_[j][1] = mul_add(green, seen, sums_[j][1]);
+      sums_[j][2] = mul_add(blue, seen, sums_[j][2]);
     }
   }
 
-  vec3 colour(const ShadingPoint& p, float scale) const {
+  vec3 colour(const ShadingPoint& p) const {
     const auto sum = [this](int j) {
       return vec3(sum_of_lanes(sums_[j][0]), sum_of_lanes(sums_[j][1]), sum_of_lanes(sums_[j][2]));
     };
-    return scale * (p.diffuse * sum(0) + p.specular * sum(1) + p.fresnel * sum(2));
+    return p.diffuse * sum(0) + p.specular * sum(1) + p.fresnel * sum(2);
   }
 
  private:
   Lanes sums_[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
 };
 
-/// Radiance of one point from the clusters of its face (Cuts Eq. 5): the BRDF is evaluated at each cluster's
-/// luminance-weighted mean direction, the visibility is the barycentric mean of the three receivers'.
-/// `scale` turns the clusters' units of visibility into [0, 1].
-inline vec3 shade_point(const ShadingPoint& point, const ClusterList& clusters, float scale) {
+/// Radiance of a point, and how many clusters it took.
+struct ShadedPoint {
+  vec3 radiance{0};
+  std::uint32_t clusters = 0;
+};
+
+/// One point on its way through the clusters of its face, with its BRDF as a type.
+template <Brdf B>
+class PointShader {
+ public:
+  /// `scale` turns the clusters' units of visibility into [0, 1].
+  PointShader(const ShadingPoint& point, const B& brdf, float scale)
+      : point_(point),
+        brdf_(brdf),
+        frame_(point),
+        weights_{Lanes(point.weight_0 * scale), Lanes(point.weight_1 * scale),
+                 Lanes((1 - point.weight_0 - point.weight_1) * scale)},
+        luminance_specular_(luminance(point.specular)),
+        luminance_fresnel_(luminance(point.fresnel)) {}
+
+  /// Cuts Eq. 5: the BRDF at each cluster's mean direction.
+  vec3 sampled(const ClusterList& clusters) {
+    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
+      sums_.template add<B::terms>(brdf_(d.x, d.y, d.z), visibility(clusters, i), light.red, light.green,
+                                   light.blue);
+    });
+    return sums_.colour(point_);
+  }
+
+  /// The BRDF's mean over each cluster.
+  vec3 filtered(const ClusterList& clusters) {
+    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
+      sums_.template add<B::terms>(brdf_.filtered(d.x, d.y, d.z, spread(clusters, i)),
+                                   visibility(clusters, i), light.red, light.green, light.blue);
+    });
+    return sums_.colour(point_);
+  }
+
+  /// The same, and each cluster over which the lobe changes by more than a share of the whole is replaced by
+  /// its descendants. `tree` are the nodes of the frame, by heap id.
+  HWY_INLINE ShadedPoint refined(const ClusterList& clusters, std::span<const LightNode> tree,
+                                 float tolerance, RefinementScratch& scratch) {
+    scratch.reset(clusters.padded_size());
+    estimate(clusters, scratch);
+    const float limit = tolerance * luminance(sums_.colour(point_));
+    replace_coarse(clusters, tree, limit, scratch);
+    for (std::size_t i = 0; i < scratch.queue.size();) i += evaluate(tree, limit, i, scratch.queue);
+    return {sums_.colour(point_), std::uint32_t(clusters.size() + scratch.queue.size())};
+  }
+
+ private:
+  struct Local {
+    Lanes x, y, z;
+  };
+  struct Light {
+    Lanes red, green, blue;
+  };
+
+  template <class Visit>
+  HWY_INLINE void for_each_register(const ClusterList& clusters, Visit&& visit) {
+    const auto load = [&](ClusterList::Field f, std::size_t i) { return Lanes::load(clusters.field(f) + i); };
+    for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width)
+      visit(i, local(load(ClusterList::x, i), load(ClusterList::y, i), load(ClusterList::z, i)),
+            Light{load(ClusterList::red, i), load(ClusterList::green, i), load(ClusterList::blue, i)});
+  }
+
+  HWY_INLINE Local local(Lanes x, Lanes y, Lanes z) const {
+    return {LocalFrame::along(frame_.tangent, x, y, z), LocalFrame::along(frame_.bitangent, x, y, z),
+            LocalFrame::along(frame_.normal, x, y, z)};
+  }
+
+  HWY_INLINE Lanes visibility(const ClusterList& clusters, std::size_t i) const {
+    const auto load = [&](ClusterList::Field f) { return Lanes::load(clusters.field(f) + i); };
+    return mul_add(
+        weights_[0], load(ClusterList::visible_0),
+        mul_add(weights_[1], load(ClusterList::visible_1), weights_[2] * load(ClusterList::visible_2)));
+  }
+
+  static HWY_INLINE LightSpread<Lanes> spread(const ClusterList& clusters, std::size_t i) {
+    return {Lanes::load(clusters.field(ClusterList::mean_length) + i),
+            Lanes::load(clusters.field(ClusterList::widening) + i)};
+  }
+
+  /// How much of the light that a cluster reflects specularly depends on which of its lights it comes from:
+  /// its luminance times the growth of the lobe.
+  HWY_INLINE Lanes error(const FilteredTerms<Lanes>& t, const Light& light, Lanes visible) const {
+    const Lanes specular = mul_add(luminance_specular_, t.specular, Lanes(luminance_fresnel_) * t.fresnel);
+    const Lanes power =
+        mul_add(0.2126f, light.red, mul_add(0.7152f, light.green, Lanes(0.0722f) * light.blue));
+    return power * visible * specular * t.growth;
+  }
+
+  /// Sums the clusters of the face, and notes each one's error and visibility.
+  HWY_INLINE void estimate(const ClusterList& clusters, RefinementScratch& scratch) {
+    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
+      const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, spread(clusters, i));
+      const Lanes visible = visibility(clusters, i);
+      sums_.template add<B::terms>(t, visible, light.red, light.green, light.blue);
+      error(t, light, visible).store(scratch.errors.data() + i);
+      visible.store(scratch.visibility.data() + i);
+    });
+  }
+
+  /// Takes the clusters above the limit out of the sum again, and queues what is below them.
+  static HWY_INLINE void replace_coarse(const ClusterList& clusters, std::span<const LightNode> tree,
+                                        float limit, RefinementScratch& scratch) {
+    for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width)
+      for (std::uint64_t coarse = bits_of(Lanes::load(scratch.errors.data() + i) > limit); coarse != 0;
+           coarse &= coarse - 1) {
+        const std::size_t k = i + std::size_t(std::countr_zero(coarse));
+        scratch.queue.push<1>(tree.data(), clusters.nodes()[k], -scratch.visibility[k]);
+        split(tree, clusters.nodes()[k], scratch.visibility[k], scratch.queue);
+      }
+  }
+
+  static HWY_INLINE void split(std::span<const LightNode> tree, std::uint32_t node, float visible,
+                               NodeQueue& queue) {
+    if (node < tree.size() / 4) return queue.push<4>(tree.data(), 4 * node, visible);
+    queue.push<2>(tree.data(), 2 * node, visible);
+  }
+
+  /// A register of the queue from element i on: sums what is fine enough, queues what is below the rest.
+  /// Returns how many elements it took.
+  HWY_INLINE std::size_t evaluate(std::span<const LightNode> tree, float limit, std::size_t i,
+                                  NodeQueue& queue) {
+    const std::size_t count = std::min(Lanes::width, queue.size() - i);
+    const NodeLanes n = load_nodes(queue.nodes() + i);
+    const Light light{n.red, n.green, n.blue};
+    const Local d = local(n.x, n.y, n.z);
+    const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, light_spread(n.spread));
+    const Lanes visible = select(first_lanes(count), Lanes::load(queue.visibility() + i), 0.0f);
+    const Lanes errors = error(t, light, visible);
+    const LaneMask is_coarse = errors > limit;
+    sums_.template add<B::terms>(t, select(is_coarse, 0.0f, visible), light.red, light.green, light.blue);
+    for (std::uint64_t coarse = bits_of(is_coarse); coarse != 0; coarse &= coarse - 1) {
+      const auto k = std::size_t(std::countr_zero(coarse));
+      split(tree, queue.id(i + k), queue.visibility()[i + k], queue);
+    }
+    return count;
+  }
+
+  const ShadingPoint& point_;
+  B brdf_;  // a copy: what is in it stays in registers, whatever the loops write
+  LocalFrame frame_;
+  Lanes weights_[3];
+  float luminance_specular_, luminance_fresnel_;
+  TermSums sums_;
+};
+
+/// Radiance of one point from the clusters of its face; the visibility is the barycentric mean of the three
+/// receivers'. `scale` turns the clusters' units of visibility into [0, 1]. `tree`, by heap id, is that of
+/// which the clusters were merged: refinement descends in them.
+inline ShadedPoint shade_point(const ShadingPoint& point, const ClusterList& clusters, float scale,
+                               const LobeOptions& options, std::span<const LightNode> tree,
+                               RefinementScratch& scratch) {
   return with_brdf(point, [&](const auto& brdf) {
     using B = std::decay_t<decltype(brdf)>;
-    const LocalFrame frame(point);
-    const Lanes w0 = point.weight_0, w1 = point.weight_1, w2 = 1 - point.weight_0 - point.weight_1;
-    const auto load = [&](ClusterList::Field f, std::size_t i) { return Lanes::load(clusters.field(f) + i); };
-    TermSums sums;
-    for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width) {
-      const Lanes x = load(ClusterList::x, i), y = load(ClusterList::y, i), z = load(ClusterList::z, i);
-      const Lanes visibility =
-          mul_add(w0, load(ClusterList::visible_0, i),
-                  mul_add(w1, load(ClusterList::visible_1, i), w2 * load(ClusterList::visible_2, i)));
-      const auto terms =
-          brdf(LocalFrame::along(frame.tangent, x, y, z), LocalFrame::along(frame.bitangent, x, y, z),
-               LocalFrame::along(frame.normal, x, y, z));
-      sums.add<B::terms>(terms, visibility, load(ClusterList::red, i), load(ClusterList::green, i),
-                         load(ClusterList::blue, i));
-    }
-    return sums.colour(point, scale);
+    PointShader<B> shader(point, brdf, scale);
+    const auto count = std::uint32_t(clusters.size());
+    if (options.lobes == Lobes::sampled) return ShadedPoint{shader.sampled(clusters), count};
+    if (options.lobes == Lobes::filtered || B::terms == 1)
+      return ShadedPoint{shader.filtered(clusters), count};
+    return shader.refined(clusters, tree, options.tolerance, scratch);
   });
 }
 
-/// Points sorted by face, the faces between receivers, and the pixel that each point colours.
-struct ShadingBuffer {
-  std::vector<ShadingPoint> points;
-  std::vector<ShadingFace> faces;
-  std::vector<std::uint32_t> pixels;  ///< a point
-
-  std::uint32_t end_of(std::size_t face) const {
-    return face + 1 < faces.size() ? faces[face + 1].first_point : std::uint32_t(points.size());
-  }
-};
-
-/// Shades the points of faces [begin, end) into radiance[point], merging once a face, and counts each point's
-/// clusters where cluster_count is not empty. Faces are independent: any split over threads gives the same
-/// bits.
-template <Quantised Value>
-void shade_faces(const ShadingBuffer& buffer, const MaskedCuts<Value>& cuts, const FrameLighting& frame,
-                 std::size_t begin, std::size_t end, std::span<vec3> radiance,
-                 std::span<std::uint32_t> cluster_count) {
-  ClusterList clusters;
-  for (std::size_t f = begin; f < end; ++f) {
-    merge_face(cuts, buffer.faces[f].receivers, frame, clusters);
-    for (std::uint32_t p = buffer.faces[f].first_point; p < buffer.end_of(f); ++p) {
-      radiance[p] = shade_point(buffer.points[p], clusters, 1 / quantised_one<Value>);
-      if (!cluster_count.empty()) cluster_count[p] = std::uint32_t(clusters.size());
-    }
-  }
-}
-
-}  // namespace coppice
+}  // namespace coppice::inline HWY_NAMESPACE
