@@ -14,6 +14,11 @@
 #ifdef WITH_GLTF
 #include <coppice/gltf/load.hpp>
 #endif
+#ifdef WITH_KERNELS
+#include <coppice/shared/brdf.h>
+
+#include <coppice/kernels/kernels.hpp>
+#endif
 #ifdef WITH_VULKAN
 #include <coppice/vulkan/device.hpp>
 #endif
@@ -66,6 +71,22 @@ void use_gltf() {
 }
 #endif
 
+#ifdef WITH_KERNELS
+void use_kernels() {
+  const coppice::vec3 up(0, 0, 1);
+  coppice::ShadingPoint point{};
+  point.normal = point.to_viewer = up, point.tangent = {1, 0, 0};
+  point.brdf = coppice::BRDF_LAMBERT, point.diffuse = coppice::vec3(0.5f), point.weight_0 = 1;
+  coppice::FrameLighting frame;
+  frame.nodes = {{}, {coppice::vec3(coppice::pi), 0, up, 1}};
+  const std::uint64_t seen = 1;
+  coppice::vec3 radiance(0);
+  coppice::best_kernels<std::uint8_t>().brute_force(coppice::Skip::unseen, {{point}, {{{0, 0, 0}, 0}}, {0}},
+                                                    {&seen, 1}, 1, {1, frame}, 0, 1, {&radiance, 1});
+  require(length(radiance - coppice::vec3(0.5f)) < 1e-6f, "half of one light comes back");
+}
+#endif
+
 #ifdef WITH_VULKAN
 void use_vulkan() {
   const auto reason = coppice::VulkanDevice::unavailable();
@@ -85,6 +106,9 @@ int main() {
 #endif
 #ifdef WITH_GLTF
   use_gltf();
+#endif
+#ifdef WITH_KERNELS
+  use_kernels();
 #endif
 #ifdef WITH_VULKAN
   use_vulkan();

@@ -1,0 +1,15 @@
+#include "kernel_tables.hpp"
+
+#if COPPICE_COMPILE_AVX2
+
+#undef HWY_TARGET
+#define HWY_TARGET HWY_AVX2
+#include "kernels_of_target.hpp"
+
+namespace coppice {
+
+KernelTables avx2_tables() { return {&compiled_kernels<std::uint8_t>(), &compiled_kernels<std::uint16_t>()}; }
+
+}  // namespace coppice
+
+#endif
