@@ -23,9 +23,11 @@ class CpuShader : public Shader {
 #ifdef COPPICE_HAS_VULKAN
 class VulkanShader : public Shader {
  public:
-  explicit VulkanShader(const CutRelighting<>& relighting) : shader_(device_, input(relighting)) {}
-  std::vector<vec3> shade(const FrameLighting& lighting, const Threads&, std::span<std::uint32_t>) override {
-    return shader_.shade(lighting.nodes, lighting.mask).radiance;
+  explicit VulkanShader(const CutRelighting<>& relighting)
+      : lobes_(relighting.options().lobes), shader_(device_, input(relighting)) {}
+  std::vector<vec3> shade(const FrameLighting& lighting, const Threads&,
+                          std::span<std::uint32_t> clusters) override {
+    return shader_.shade(lighting.nodes, lighting.mask, lobes_, clusters).radiance;
   }
 
  private:
@@ -37,11 +39,13 @@ class VulkanShader : public Shader {
     input.visibility_masks = cuts.masks();
     input.first_value = cuts.first_value();
     input.values = cuts.values();
+    input.horizons = cuts.horizons();
     input.faces = relighting.buffer().faces;
     input.points = relighting.buffer().points;
     return input;
   }
 
+  LobeOptions lobes_;
   VulkanDevice device_;
   CutShader shader_;
 };

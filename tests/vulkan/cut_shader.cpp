@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <coppice/vulkan/cut_shader.hpp>
+#include <map>
 #include <set>
+#include <tuple>
 
 #include "random_input.hpp"
 
@@ -13,11 +15,16 @@ using dvec3 = glm::dvec3;
 
 namespace {
 
-/// The value of the piece of a receiver's cut that covers `leaf`.
-double visibility_at(const RandomInput& input, std::uint32_t receiver, std::uint32_t leaf) {
-  const auto& ends = input.ends[receiver];
-  const auto piece = std::ranges::upper_bound(ends, leaf) - ends.begin();
-  return input.values[input.first_value[receiver] + std::size_t(piece)] / 255.0;
+constexpr LobeOptions sampled{Lobes::sampled, 0}, filtered{Lobes::filtered, 0},
+    refined{Lobes::refined, 0.02f};
+
+/// The value of a receiver's cut at `leaf`, for a cluster in that direction.
+double visibility_at(const RandomInput& input, std::uint32_t receiver, std::uint32_t leaf,
+                     const vec3& direction) {
+  const ReceiverHorizon horizon = input.cuts.horizons()[receiver];
+  if (glm::dot(dvec3(horizon.normal), dvec3(direction)) <= double(horizon.cosine)) return 0;
+  const auto& [ends, values] = input.unpacked[receiver];
+  return values[std::size_t(std::ranges::upper_bound(ends, leaf) - ends.begin())] / 255.0;
 }
 
 /// The heap id of the node [begin, end), by descent from the root.
@@ -31,36 +38,93 @@ std::uint32_t node_by_descent(std::uint32_t leaf_count, std::uint32_t begin, std
   return h;
 }
 
-dvec3 reflected(const ShadingPoint& point, const LightNode& node) {
-  const vec3 wi = brdf_to_local(point.normal, point.tangent, node.direction);
-  const vec3 wo = brdf_viewer_to_local(point.normal, point.tangent, point.to_viewer);
-  const auto terms = brdf_terms<double>(point.brdf, point.alpha_x, point.alpha_y, wi.x, wi.y, wi.z, wo);
-  return dvec3(node.power) * (dvec3(point.diffuse) * terms.diffuse + dvec3(point.specular) * terms.specular +
-                              dvec3(point.fresnel) * terms.fresnel);
-}
-
-/// One point by the definition: the union of all ends, leaf by leaf, in double.
-dvec3 reference(const RandomInput& input, const ShadingPoint& point) {
-  const uvec3 receivers = input.faces[point.face].receivers;
-  std::set<std::uint32_t> ends(input.illumination_ends.begin(), input.illumination_ends.end());
-  for (int i = 0; i < 3; ++i) ends.insert(input.ends[receivers[i]].begin(), input.ends[receivers[i]].end());
-  const double weights[] = {point.weight_0, point.weight_1, 1.0 - point.weight_0 - point.weight_1};
-  dvec3 sum(0);
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : ends) {
-    double v = 0;
-    for (int i = 0; i < 3; ++i) v += weights[i] * visibility_at(input, receivers[i], begin);
-    sum += v * reflected(point, input.nodes[node_by_descent(input.settings.leaf_count, begin, end)]);
-    begin = end;
+/// One point by the definition, leaf by leaf and node by node, in double.
+class Definition {
+ public:
+  Definition(const RandomInput& input, const ShadingPoint& point, const LobeOptions& lobes)
+      : input_(input), point_(point), lobes_(lobes) {
+    for (const auto& [node, v] : visibility_by_cluster()) sum_ += v * reflected(node);
+    if (lobes.lobes != Lobes::refined || point.brdf == BRDF_LAMBERT) return;
+    limit_ = double(lobes.tolerance) * luminance(sum_);
+    sum_ = dvec3(0);
+    for (const auto& [node, v] : visibility_by_cluster()) sum_ += below(node, v);
   }
-  return sum;
-}
+  dvec3 radiance() const { return sum_; }
 
-double relative_rms(const RandomInput& input, const std::vector<vec3>& radiance) {
-  REQUIRE(radiance.size() == input.points.size());
+ private:
+  static double luminance(const dvec3& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+  std::set<std::uint32_t> all_ends() const {
+    std::set<std::uint32_t> ends(input_.frame.ends.begin(), input_.frame.ends.end());
+    for (int i = 0; i < 3; ++i) {
+      const auto& cut = input_.unpacked[input_.buffer.faces[point_.face].receivers[i]];
+      ends.insert(cut.ends.begin(), cut.ends.end());
+    }
+    return ends;
+  }
+
+  std::map<std::uint32_t, double> visibility_by_cluster() const {
+    const double weights[] = {point_.weight_0, point_.weight_1, 1.0 - point_.weight_0 - point_.weight_1};
+    const uvec3 receivers = input_.buffer.faces[point_.face].receivers;
+    std::map<std::uint32_t, double> clusters;
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : all_ends()) {
+      const std::uint32_t node = node_by_descent(input_.settings.leaf_count, begin, end);
+      for (int i = 0; i < 3; ++i)
+        clusters[node] +=
+            weights[i] * visibility_at(input_, receivers[i], begin, input_.frame.nodes[node].direction);
+      begin = end;
+    }
+    return clusters;
+  }
+
+  FilteredTerms<double> terms(const LightNode& node) const {
+    const vec3 wi = brdf_to_local(point_.normal, point_.tangent, node.direction);
+    const vec3 wo = brdf_viewer_to_local(point_.normal, point_.tangent, point_.to_viewer);
+    const auto& [brdf, x, y] = std::tie(point_.brdf, point_.alpha_x, point_.alpha_y);
+    if (lobes_.lobes != Lobes::sampled)
+      return brdf_filtered_terms<double>(brdf, x, y, wi.x, wi.y, wi.z, light_spread<double>(node.spread), wo);
+    const auto at = brdf_terms<double>(brdf, x, y, wi.x, wi.y, wi.z, wo);
+    return {at.diffuse, at.specular, at.fresnel, 0};
+  }
+
+  dvec3 reflected(std::uint32_t h) const {
+    const LightNode& node = input_.frame.nodes[h];
+    const auto t = terms(node);
+    return dvec3(node.power) * (dvec3(point_.diffuse) * t.diffuse + dvec3(point_.specular) * t.specular +
+                                dvec3(point_.fresnel) * t.fresnel);
+  }
+
+  double error(std::uint32_t h) const {
+    const LightNode& node = input_.frame.nodes[h];
+    const auto t = terms(node);
+    const double specular =
+        luminance(dvec3(point_.specular)) * t.specular + luminance(dvec3(point_.fresnel)) * t.fresnel;
+    return luminance(dvec3(node.power)) * specular * t.growth;
+  }
+
+  dvec3 below(std::uint32_t h, double v) const {
+    if (!(v * error(h) > limit_)) return v * reflected(h);
+    const std::uint32_t count = h < input_.settings.leaf_count / 2 ? 4 : 2;
+    dvec3 sum(0);
+    for (std::uint32_t k = 0; k < count; ++k) sum += below(count * h + k, v);
+    return sum;
+  }
+
+  const RandomInput& input_;
+  const ShadingPoint& point_;
+  LobeOptions lobes_;
+  double limit_ = 0;
+  dvec3 sum_{0};
+};
+
+double relative_rms(const RandomInput& input, const std::vector<vec3>& radiance,
+                    const LobeOptions& lobes = sampled) {
+  REQUIRE(radiance.size() == input.buffer.points.size());
   double difference = 0, total = 0;
   for (std::size_t i = 0; i < radiance.size(); ++i) {
-    const dvec3 expected = reference(input, input.points[i]), error = dvec3(radiance[i]) - expected;
+    const dvec3 expected = Definition(input, input.buffer.points[i], lobes).radiance();
+    const dvec3 error = dvec3(radiance[i]) - expected;
     difference += glm::dot(error, error);
     total += glm::dot(expected, expected);
   }
@@ -68,21 +132,24 @@ double relative_rms(const RandomInput& input, const std::vector<vec3>& radiance)
   return std::sqrt(difference / total);
 }
 
-CutShadeResult shade(VulkanDevice& device, const RandomInput& input) {
-  return CutShader(device, input.view()).shade(input.nodes, input.illumination_mask);
+CutShadeResult shade(VulkanDevice& device, const RandomInput& input, const LobeOptions& lobes = sampled) {
+  return CutShader(device, input.view()).shade(input.frame.nodes, input.frame.mask, lobes);
 }
 
 constexpr double tolerance = 2e-6;  // of relative_rms: sums in float
 
 }  // namespace
 
-TEST_CASE("the kernel agrees with the definition for every BRDF") {
+TEST_CASE("the kernel agrees with the definition for every BRDF and every way to meet a cluster") {
   if (!has_device()) return;
   VulkanDevice device;
   for (const std::uint32_t brdf : {BRDF_LAMBERT, BRDF_GGX, BRDF_PHONG, BRDF_BLINN_PHONG, BRDF_WARD}) {
-    CAPTURE(brdf);
     const auto input = random_input({.leaf_count = 1024, .granule_log2 = 3, .brdf = brdf, .seed = 7 + brdf});
-    CHECK(relative_rms(input, shade(device, input).radiance) < tolerance);
+    for (const LobeOptions& lobes : {sampled, filtered, refined}) {
+      CAPTURE(brdf);
+      CAPTURE(int(lobes.lobes));
+      CHECK(relative_rms(input, shade(device, input, lobes).radiance, lobes) < tolerance);
+    }
   }
 }
 
@@ -97,6 +164,7 @@ TEST_CASE("the kernel agrees with the definition for every granule and tree size
       const auto input = random_input(
           {.leaf_count = leaf_count, .granule_log2 = granule_log2, .seed = leaf_count + granule_log2});
       CHECK(relative_rms(input, shade(device, input).radiance) < tolerance);
+      CHECK(relative_rms(input, shade(device, input, refined).radiance, refined) < tolerance);
     }
   }
 }
@@ -125,39 +193,54 @@ TEST_CASE("splitting the points over dispatches changes nothing") {
   if (!has_device()) return;
   VulkanDevice device;
   const auto input = random_input({.leaf_count = 256, .granule_log2 = 2, .point_count = 1000});
+  const FrameLighting& frame = input.frame;
   auto view = input.view();
-  const auto whole = CutShader(device, view).shade(input.nodes, input.illumination_mask);
-  CHECK(relative_rms(input, whole.radiance) < tolerance);
-  for (const std::uint32_t count : {1u, 64u, 333u}) {
-    view.points_per_dispatch = count;
-    CHECK(CutShader(device, view).shade(input.nodes, input.illumination_mask).radiance == whole.radiance);
+  std::vector<std::uint32_t> whole_count(1000), count(1000);
+  const auto whole = CutShader(device, view).shade(frame.nodes, frame.mask, refined, whole_count);
+  CHECK(relative_rms(input, whole.radiance, refined) < tolerance);
+  for (const std::uint32_t points : {1u, 64u, 333u}) {
+    view.points_per_dispatch = points;
+    CHECK(CutShader(device, view).shade(frame.nodes, frame.mask, refined, count).radiance == whole.radiance);
+    CHECK(count == whole_count);
   }
 }
 
-TEST_CASE("every frame has its own lighting") {
+TEST_CASE("every frame has its own lighting and its own lobes") {
   if (!has_device()) return;
   VulkanDevice device;
   auto input = random_input({.leaf_count = 128, .granule_log2 = 1});
+  auto& frame = input.frame;
   CutShader shader(device, input.view());
-  const auto lit = shader.shade(input.nodes, input.illumination_mask);
-  const auto dark = shader.shade(std::vector<LightNode>(256), input.illumination_mask);
+  const auto lit = shader.shade(frame.nodes, frame.mask, sampled);
+  const auto dark = shader.shade(std::vector<LightNode>(256), frame.mask, sampled);
   CHECK(std::ranges::all_of(dark.radiance, [](const vec3& v) { return v == vec3(0); }));
-  CHECK(shader.shade(input.nodes, input.illumination_mask).radiance == lit.radiance);
-  input.illumination_ends = {128};
-  CHECK(relative_rms(input, shader.shade(input.nodes, {{0, 0, 0, 1u << 31}}).radiance) < tolerance);
+  CHECK(shader.shade(frame.nodes, frame.mask, refined).radiance != lit.radiance);
+  CHECK(shader.shade(frame.nodes, frame.mask, sampled).radiance == lit.radiance);
+  set_illumination_cut(frame, 128, {128}, 1);
+  CHECK(relative_rms(input, shader.shade(frame.nodes, frame.mask, sampled).radiance) < tolerance);
 }
 
 TEST_CASE("masks may exceed the largest storage buffer of a device (128 MiB)") {
   if (!has_device()) return;
   VulkanDevice device;
-  auto input = random_input({.leaf_count = 4096, .granule_log2 = 0, .point_count = 20});
+  const auto input = random_input({.leaf_count = 4096, .granule_log2 = 0, .point_count = 20});
   const std::uint32_t unused = 280'000;
-  input.visibility_masks.insert(input.visibility_masks.begin(), std::size_t(unused) * 128, 0);
-  input.first_value.insert(input.first_value.begin(), unused, 0);
-  input.ends.insert(input.ends.begin(), unused, {});
-  for (auto& face : input.faces) face.receivers += unused;
-  REQUIRE(input.visibility_masks.size() * sizeof(std::uint32_t) > std::size_t(128) << 20);
-  CHECK(relative_rms(input, shade(device, input).radiance) < tolerance);
+  const auto behind_unused = [&](auto items, std::size_t each) {
+    using Item = std::remove_const_t<typename decltype(items)::element_type>;
+    std::vector<Item> all(unused * each, Item{});
+    all.insert(all.end(), items.begin(), items.end());
+    return all;
+  };
+  auto view = input.view();
+  const auto masks = behind_unused(view.visibility_masks, 128);
+  const auto first_value = behind_unused(view.first_value, 1);
+  const auto horizons = behind_unused(view.horizons, 1);
+  auto faces = input.buffer.faces;
+  for (auto& face : faces) face.receivers += unused;
+  view.visibility_masks = masks, view.first_value = first_value, view.horizons = horizons, view.faces = faces;
+  REQUIRE(masks.size() * sizeof(std::uint32_t) > std::size_t(128) << 20);
+  const auto result = CutShader(device, view).shade(input.frame.nodes, input.frame.mask, sampled);
+  CHECK(relative_rms(input, result.radiance) < tolerance);
 }
 
 TEST_CASE("the device's clock gives the kernel's time") {

@@ -71,7 +71,7 @@ class HostRenderer {
 
 std::vector<vec3> shade_some(VulkanDevice& device) {
   const auto input = random_input({.leaf_count = 512, .granule_log2 = 3, .point_count = 70});
-  return CutShader(device, input.view()).shade(input.nodes, input.illumination_mask).radiance;
+  return CutShader(device, input.view()).shade(input.frame.nodes, input.frame.mask).radiance;
 }
 
 }  // namespace

@@ -111,14 +111,18 @@ TEST_CASE("the kernel's parameters have the offsets of C++") {
   const Offsets expected{MEMBER(visibility_masks),
                          MEMBER(first_value),
                          MEMBER(values),
+                         MEMBER(horizons),
                          MEMBER(faces),
                          MEMBER(points),
                          MEMBER(nodes),
                          MEMBER(illumination_ends),
                          MEMBER(illumination_granules),
                          MEMBER(radiance),
+                         MEMBER(cluster_count),
                          MEMBER(leaf_count),
                          MEMBER(granule_log2),
+                         MEMBER(lobes),
+                         MEMBER(tolerance),
                          MEMBER(first_point),
                          MEMBER(end_point)};
   CHECK(cut_shade().parameter_offsets() == expected);
@@ -130,6 +134,14 @@ TEST_CASE("LightNode has the offsets and the stride of C++") {
   const ArrayLayout layout = cut_shade().array("nodes");
   CHECK(layout.offsets == expected);
   CHECK(layout.stride == sizeof(LightNode));
+}
+
+TEST_CASE("ReceiverHorizon has the offsets and the stride of C++") {
+  using Struct = ReceiverHorizon;
+  const Offsets expected{MEMBER(normal), MEMBER(cosine)};
+  const ArrayLayout layout = cut_shade().array("horizons");
+  CHECK(layout.offsets == expected);
+  CHECK(layout.stride == sizeof(ReceiverHorizon));
 }
 
 TEST_CASE("ShadingPoint has the offsets and the stride of C++") {
@@ -150,9 +162,9 @@ TEST_CASE("ShadingFace has the offsets and the stride of C++") {
   CHECK(layout.stride == sizeof(ShadingFace));
 }
 
-TEST_CASE("words and radiance lie as densely as in C++") {
-  for (const char* name :
-       {"visibility_masks", "first_value", "values", "illumination_ends", "illumination_granules"})
+TEST_CASE("words, counts and radiance lie as densely as in C++") {
+  for (const char* name : {"visibility_masks", "first_value", "values", "illumination_ends",
+                           "illumination_granules", "cluster_count"})
     CHECK(cut_shade().array(name).stride == sizeof(std::uint32_t));
   CHECK(cut_shade().array("radiance").stride == sizeof(vec3));
 }

@@ -3,7 +3,11 @@
 
 #include <coppice/shared/brdf.h>
 
+#include <algorithm>
 #include <coppice/core/random.hpp>
+#include <coppice/cut/masked_cuts.hpp>
+#include <coppice/relight/frame_lighting.hpp>
+#include <coppice/relight/shading_buffer.hpp>
 #include <coppice/vulkan/cut_shader.hpp>
 #include <iostream>
 #include <vector>
@@ -25,29 +29,28 @@ struct RandomSettings {
   std::uint32_t face_count = 8;
   std::uint32_t point_count = 100;
   std::uint32_t brdf = BRDF_GGX;
+  bool narrow = false;  ///< roughness² 0.05 and 0.1, exponent 500
   std::uint64_t seed = 1;
 };
 
-/// Owns what CutShadeInput points to. `ends` repeats the masks as lists, for the reference.
+/// Owns what CutShadeInput points to. `unpacked` are the same cuts as lists of ends, for the reference.
 struct RandomInput {
   RandomSettings settings;
-  std::vector<std::vector<std::uint32_t>> ends;
-  std::vector<std::uint32_t> illumination_ends;
-  std::vector<std::uint32_t> visibility_masks, first_value, illumination_mask;
-  std::vector<std::uint8_t> values;
-  std::vector<ShadingFace> faces;
-  std::vector<ShadingPoint> points;
-  std::vector<LightNode> nodes;
+  std::vector<Cut<std::uint8_t>> unpacked;
+  MaskedCuts<std::uint8_t> cuts;
+  ShadingBuffer buffer;
+  FrameLighting frame;
 
   CutShadeInput view() const {
     CutShadeInput input;
     input.leaf_count = settings.leaf_count;
     input.granule_log2 = settings.granule_log2;
-    input.visibility_masks = visibility_masks;
-    input.first_value = first_value;
-    input.values = values;
-    input.faces = faces;
-    input.points = points;
+    input.visibility_masks = cuts.masks();
+    input.first_value = cuts.first_value();
+    input.values = cuts.values();
+    input.horizons = cuts.horizons();
+    input.faces = buffer.faces;
+    input.points = buffer.points;
     return input;
   }
 };
@@ -61,37 +64,40 @@ inline void split(Random& random, std::uint32_t begin, std::uint32_t end, std::u
   split(random, middle, end, finest, ends);
 }
 
-inline std::vector<std::uint32_t> mask_of(const std::vector<std::uint32_t>& ends, std::uint32_t leaf_count,
-                                          std::uint32_t unit) {
-  std::vector<std::uint32_t> mask((leaf_count / unit + 31) / 32, 0);
-  for (const std::uint32_t end : ends) mask[(end / unit - 1) / 32] |= 1u << ((end / unit - 1) % 32);
-  return mask;
-}
-
 inline vec3 random_colour(Random& random) { return {random.uniform(), random.uniform(), random.uniform()}; }
 
+/// A third of the receivers see all around.
+inline ReceiverHorizon random_horizon(Random& random) {
+  if (random.below(3) == 0) return no_horizon;
+  return {random.direction(), -0.5f * random.uniform()};
+}
+
 inline void add_receiver(Random& random, RandomInput& input) {
-  const std::uint32_t granule = 1u << input.settings.granule_log2;
-  std::vector<std::uint32_t> ends;
-  split(random, 0, input.settings.leaf_count, granule, ends);
-  const auto mask = mask_of(ends, input.settings.leaf_count, granule);
-  input.visibility_masks.insert(input.visibility_masks.end(), mask.begin(), mask.end());
-  input.first_value.push_back(std::uint32_t(input.values.size()));
-  for (std::size_t i = 0; i < ends.size(); ++i)
-    input.values.push_back(random.uniform() < 0.4f ? 0 : std::uint8_t(random.below(256)));
-  input.ends.push_back(std::move(ends));
+  Cut<std::uint8_t> cut;
+  split(random, 0, input.settings.leaf_count, 1u << input.settings.granule_log2, cut.ends);
+  for (std::size_t i = 0; i < cut.ends.size(); ++i)
+    cut.values.push_back(random.uniform() < 0.4f ? 0 : std::uint8_t(random.below(256)));
+  input.cuts.append(cut, random_horizon(random));
+  input.unpacked.push_back(std::move(cut));
+}
+
+inline void set_brdf(Random& random, const RandomSettings& settings, ShadingPoint& point) {
+  const bool exponent = settings.brdf == BRDF_PHONG || settings.brdf == BRDF_BLINN_PHONG;
+  point.brdf = settings.brdf;
+  point.alpha_x = exponent ? 1 + 60 * random.uniform() : 0.1f + 0.8f * random.uniform();
+  point.alpha_y = 0.1f + 0.8f * random.uniform();
+  if (!settings.narrow) return;
+  point.alpha_x = exponent ? 500 : random.below(2) == 0 ? 0.05f : 0.1f;
+  point.alpha_y = 0.1f;
 }
 
 inline ShadingPoint random_point(Random& random, const RandomSettings& settings, std::uint32_t face) {
-  const bool exponent = settings.brdf == BRDF_PHONG || settings.brdf == BRDF_BLINN_PHONG;
   ShadingPoint point{};
   vec3 bitangent;
   point.normal = random.direction();
   make_frame(point.normal, point.tangent, bitangent);
   point.to_viewer = normalize(random.direction() + 0.9f * point.normal);
-  point.brdf = settings.brdf;
-  point.alpha_x = exponent ? 1 + 60 * random.uniform() : 0.1f + 0.8f * random.uniform();
-  point.alpha_y = 0.1f + 0.8f * random.uniform();
+  set_brdf(random, settings, point);
   point.diffuse = random_colour(random);
   point.specular = random_colour(random);
   point.fresnel = random_colour(random);
@@ -101,30 +107,44 @@ inline ShadingPoint random_point(Random& random, const RandomSettings& settings,
   return point;
 }
 
+inline ShadingBuffer random_buffer(Random& random, const RandomSettings& settings) {
+  ShadingBuffer buffer;
+  const std::uint32_t receivers = settings.receiver_count;
+  for (std::uint64_t f = 0; f < settings.face_count; ++f)
+    buffer.faces.push_back({{random.below(receivers), random.below(receivers), random.below(receivers)}, 0});
+  for (std::uint64_t i = 0; i < settings.point_count; ++i) {
+    const auto face = std::uint32_t(i * settings.face_count / settings.point_count);
+    buffer.points.push_back(random_point(random, settings, face));
+  }
+  for (std::uint32_t f = 0; f < settings.face_count; ++f)
+    buffer.faces[f].first_point = std::uint32_t(
+        std::ranges::lower_bound(buffer.points, f, {}, &ShadingPoint::face) - buffer.points.begin());
+  return buffer;
+}
+
 /// Nodes need not sum up their children: a kernel that took a wrong node would show it.
-inline LightNode random_node(Random& random) {
+inline LightNode random_node(Random& random, bool is_leaf) {
   const vec3 power = random.uniform() < 0.1f ? vec3(0) : random_colour(random);
-  return {.power = power, .spread = random.uniform(), .direction = random.direction(), .solid_angle = 1};
+  const float spread = random.uniform();
+  return {power, is_leaf ? 0 : spread, random.direction(), 1};
+}
+
+inline FrameLighting random_frame(Random& random, const RandomSettings& settings) {
+  FrameLighting frame;
+  for (std::uint32_t h = 0; h < 2 * settings.leaf_count; ++h)
+    frame.nodes.push_back(random_node(random, h >= settings.leaf_count));
+  std::vector<std::uint32_t> ends;
+  split(random, 0, settings.leaf_count, settings.finest_illumination, ends);
+  set_illumination_cut(frame, settings.leaf_count, std::move(ends), settings.granule_log2);
+  return frame;
 }
 
 inline RandomInput random_input(const RandomSettings& settings) {
   Random random(settings.seed);
-  RandomInput input;
-  input.settings = settings;
-  const std::uint32_t receivers = settings.receiver_count;
-  for (std::uint32_t i = 0; i < receivers; ++i) add_receiver(random, input);
-  for (std::uint32_t f = 0; f < settings.face_count; ++f) {
-    const std::uint32_t first = std::uint32_t(std::uint64_t(f) * settings.point_count / settings.face_count);
-    input.faces.push_back(
-        {{random.below(receivers), random.below(receivers), random.below(receivers)}, first});
-  }
-  for (std::uint32_t i = 0; i < settings.point_count; ++i) {
-    const auto face = std::uint32_t((std::uint64_t(i) * settings.face_count) / settings.point_count);
-    input.points.push_back(random_point(random, settings, face));
-  }
-  for (std::uint32_t h = 0; h < 2 * settings.leaf_count; ++h) input.nodes.push_back(random_node(random));
-  split(random, 0, settings.leaf_count, settings.finest_illumination, input.illumination_ends);
-  input.illumination_mask = mask_of(input.illumination_ends, settings.leaf_count, 1);
+  RandomInput input{settings, {}, {settings.leaf_count, settings.granule_log2}, {}, {}};
+  for (std::uint32_t i = 0; i < settings.receiver_count; ++i) add_receiver(random, input);
+  input.buffer = random_buffer(random, settings);
+  input.frame = random_frame(random, settings);
   return input;
 }
 

@@ -14,7 +14,7 @@ struct LobeOptions {
   Lobes lobes = Lobes::refined;
   /// Of refined: a cluster is split where (its specular light) · (growth of the lobe's squared width) exceeds
   /// this share of the point's radiance, both as luminance. Smaller is finer.
-  float tolerance = 5e-4f;
+  float tolerance = 1e-3f;
 };
 
 }  // namespace coppice

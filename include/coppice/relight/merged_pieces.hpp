@@ -31,23 +31,24 @@ inline constexpr auto ranks = [] {
   return table;
 }();
 
+/// Eight values, those at the ranks that eight bits tell.
+template <class Value>
+inline void store_ranked(const Value* values, std::uint64_t bits, Value* to) {
+  for (std::size_t i = 0; i < 8; ++i) to[i] = values[ranks[bits][i]];
+}
+
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
 inline constexpr bool has_extract = true;
 /// The bits of `bits` at the places that are set in `places`, side by side.
 HWY_INLINE std::uint64_t extract(std::uint64_t bits, std::uint64_t places) { return _pext_u64(bits, places); }
-#else
-inline constexpr bool has_extract = false;
-inline std::uint64_t extract(std::uint64_t, std::uint64_t) { return 0; }
-#endif
-
-/// The eight values at the ranks that eight bits tell.
 HWY_INLINE void store_ranked(const std::uint8_t* values, std::uint64_t bits, std::uint8_t* to) {
   const hn::FixedTag<std::uint8_t, 8> tag;
   hn::StoreU(hn::TableLookupBytes(hn::LoadU(tag, values), hn::LoadU(tag, ranks[bits].data())), tag, to);
 }
-HWY_INLINE void store_ranked(const std::uint16_t* values, std::uint64_t bits, std::uint16_t* to) {
-  for (std::size_t i = 0; i < 8; ++i) to[i] = values[ranks[bits][i]];
-}
+#else
+inline constexpr bool has_extract = false;
+inline std::uint64_t extract(std::uint64_t, std::uint64_t) { return 0; }
+#endif
 
 }  // namespace merging
 

@@ -12,9 +12,8 @@
 namespace coppice::inline HWY_NAMESPACE {
 
 /// Nodes, with their heap ids and their visibility in [0, 1] at the point, in the order in which they were
-/// pushed. Negative visibility takes a cluster out of the sum again. The nodes are copied: siblings lie side
-/// by side in the tree, and so they do here, where a register of them is read without a gather. A whole
-/// register can be read from any element on.
+/// pushed. The nodes are copied: siblings lie side by side in the tree, and so they do here, where a register
+/// of them is read without a gather. A whole register can be read from any element on.
 class NodeQueue {
  public:
   void clear() { size_ = 0; }
@@ -47,15 +46,39 @@ class NodeQueue {
   std::size_t size_ = 0;
 };
 
-/// What PointShader::refined needs from one point to the next.
-struct RefinementScratch {
-  NodeQueue queue;
-  std::vector<float> errors, visibility;  ///< a cluster of the face
+/// A register of clusters that were evaluated: the terms of the BRDF, the visibility at the point, the error.
+struct EvaluatedLanes {
+  Lanes diffuse, specular, fresnel, visible, error;
+};
 
+/// What PointShader::refined keeps from one point to the next: memory.
+class RefinementScratch {
+ public:
+  NodeQueue queue;
+
+  /// Room for the clusters of a face; the queue is empty.
   void reset(std::size_t padded_size) {
     queue.clear();
-    if (errors.size() < padded_size) errors.resize(padded_size), visibility.resize(padded_size);
+    if (evaluated_.size() < 5 * padded_size) evaluated_.resize(5 * padded_size);
   }
+
+  HWY_INLINE void store(std::size_t i, const EvaluatedLanes& e) {
+    float* to = evaluated_.data() + 5 * i;
+    e.diffuse.store(to), e.specular.store(to + Lanes::width), e.fresnel.store(to + 2 * Lanes::width);
+    e.visible.store(to + 3 * Lanes::width), e.error.store(to + 4 * Lanes::width);
+  }
+  HWY_INLINE EvaluatedLanes load(std::size_t i) const {
+    const float* from = evaluated_.data() + 5 * i;
+    return {Lanes::load(from), Lanes::load(from + Lanes::width), Lanes::load(from + 2 * Lanes::width),
+            Lanes::load(from + 3 * Lanes::width), Lanes::load(from + 4 * Lanes::width)};
+  }
+  /// Of one cluster.
+  float visibility(std::size_t k) const {
+    return evaluated_[5 * (k / Lanes::width * Lanes::width) + 3 * Lanes::width + k % Lanes::width];
+  }
+
+ private:
+  std::vector<float> evaluated_;  // registers of five fields
 };
 
 }  // namespace coppice::inline HWY_NAMESPACE

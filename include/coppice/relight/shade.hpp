@@ -70,8 +70,7 @@ class PointShader {
         frame_(point),
         weights_{Lanes(point.weight_0 * scale), Lanes(point.weight_1 * scale),
                  Lanes((1 - point.weight_0 - point.weight_1) * scale)},
-        luminance_specular_(luminance(point.specular)),
-        luminance_fresnel_(luminance(point.fresnel)) {}
+        luminance_{luminance(point.diffuse), luminance(point.specular), luminance(point.fresnel)} {}
 
   /// Cuts Eq. 5: the BRDF at each cluster's mean direction.
   vec3 sampled(const ClusterList& clusters) {
@@ -96,9 +95,8 @@ class PointShader {
   HWY_INLINE ShadedPoint refined(const ClusterList& clusters, std::span<const LightNode> tree,
                                  float tolerance, RefinementScratch& scratch) {
     scratch.reset(clusters.padded_size());
-    estimate(clusters, scratch);
-    const float limit = tolerance * luminance(sums_.colour(point_));
-    replace_coarse(clusters, tree, limit, scratch);
+    const float limit = tolerance * estimate(clusters, scratch);
+    sum_fine(clusters, tree, limit, scratch);
     for (std::size_t i = 0; i < scratch.queue.size();) i += evaluate(tree, limit, i, scratch.queue);
     return {sums_.colour(point_), std::uint32_t(clusters.size() + scratch.queue.size())};
   }
@@ -136,38 +134,49 @@ class PointShader {
             Lanes::load(clusters.field(ClusterList::widening) + i)};
   }
 
-  /// How much of the light that a cluster reflects specularly depends on which of its lights it comes from:
-  /// its luminance times the growth of the lobe.
-  HWY_INLINE Lanes error(const FilteredTerms<Lanes>& t, const Light& light, Lanes visible) const {
-    const Lanes specular = mul_add(luminance_specular_, t.specular, Lanes(luminance_fresnel_) * t.fresnel);
+  /// What a cluster adds to the point's luminance, and how much of that depends on which of its lights it
+  /// comes from: its specular part times the growth of the lobe.
+  struct Estimate {
+    Lanes luminance, error;
+  };
+  HWY_INLINE Estimate estimate(const FilteredTerms<Lanes>& t, const Light& light, Lanes visible) const {
+    const Lanes specular = mul_add(luminance_[1], t.specular, luminance_[2] * t.fresnel);
     const Lanes power =
-        mul_add(0.2126f, light.red, mul_add(0.7152f, light.green, Lanes(0.0722f) * light.blue));
-    return power * visible * specular * t.growth;
+        visible * mul_add(0.2126f, light.red, mul_add(0.7152f, light.green, Lanes(0.0722f) * light.blue));
+    return {power * mul_add(luminance_[0], t.diffuse, specular), power * specular * t.growth};
   }
 
-  /// Sums the clusters of the face, and notes each one's error and visibility.
-  HWY_INLINE void estimate(const ClusterList& clusters, RefinementScratch& scratch) {
+  /// Evaluates the clusters of the face into the scratch. Returns the luminance of their sum.
+  HWY_INLINE float estimate(const ClusterList& clusters, RefinementScratch& scratch) {
+    Lanes total = 0.0f;
     for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
       const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, spread(clusters, i));
       const Lanes visible = visibility(clusters, i);
-      sums_.template add<B::terms>(t, visible, light.red, light.green, light.blue);
-      error(t, light, visible).store(scratch.errors.data() + i);
-      visible.store(scratch.visibility.data() + i);
+      const Estimate e = estimate(t, light, visible);
+      total += e.luminance;
+      scratch.store(i, {t.diffuse, t.specular, t.fresnel, visible, e.error});
     });
+    return sum_of_lanes(total);
   }
 
-  /// Takes the clusters above the limit out of the sum again, and queues what is below them.
-  static HWY_INLINE void replace_coarse(const ClusterList& clusters, std::span<const LightNode> tree,
-                                        float limit, RefinementScratch& scratch) {
-    for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width)
-      for (std::uint64_t coarse = bits_of(Lanes::load(scratch.errors.data() + i) > limit); coarse != 0;
-           coarse &= coarse - 1) {
+  /// Sums the clusters whose error is within the limit, and queues what is below the others.
+  HWY_INLINE void sum_fine(const ClusterList& clusters, std::span<const LightNode> tree, float limit,
+                           RefinementScratch& scratch) {
+    const auto load = [&](ClusterList::Field f, std::size_t i) { return Lanes::load(clusters.field(f) + i); };
+    for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width) {
+      const EvaluatedLanes e = scratch.load(i);
+      const LaneMask is_coarse = e.error > limit;
+      sums_.template add<B::terms>(e, select(is_coarse, 0.0f, e.visible), load(ClusterList::red, i),
+                                   load(ClusterList::green, i), load(ClusterList::blue, i));
+      for (std::uint64_t coarse = bits_of(is_coarse); coarse != 0; coarse &= coarse - 1) {
         const std::size_t k = i + std::size_t(std::countr_zero(coarse));
-        scratch.queue.push<1>(tree.data(), clusters.nodes()[k], -scratch.visibility[k]);
-        split(tree, clusters.nodes()[k], scratch.visibility[k], scratch.queue);
+        split(tree, clusters.nodes()[k], scratch.visibility(k), scratch.queue);
       }
+    }
   }
 
+  /// Queues the grandchildren of a node, or its children where it has no others: of the two steps down, the
+  /// first is seldom enough, and four nodes side by side cost little more than two.
   static HWY_INLINE void split(std::span<const LightNode> tree, std::uint32_t node, float visible,
                                NodeQueue& queue) {
     if (node < tree.size() / 4) return queue.push<4>(tree.data(), 4 * node, visible);
@@ -184,8 +193,7 @@ class PointShader {
     const Local d = local(n.x, n.y, n.z);
     const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, light_spread(n.spread));
     const Lanes visible = select(first_lanes(count), Lanes::load(queue.visibility() + i), 0.0f);
-    const Lanes errors = error(t, light, visible);
-    const LaneMask is_coarse = errors > limit;
+    const LaneMask is_coarse = estimate(t, light, visible).error > limit;
     sums_.template add<B::terms>(t, select(is_coarse, 0.0f, visible), light.red, light.green, light.blue);
     for (std::uint64_t coarse = bits_of(is_coarse); coarse != 0; coarse &= coarse - 1) {
       const auto k = std::size_t(std::countr_zero(coarse));
@@ -198,7 +206,7 @@ class PointShader {
   B brdf_;  // a copy: what is in it stays in registers, whatever the loops write
   LocalFrame frame_;
   Lanes weights_[3];
-  float luminance_specular_, luminance_fresnel_;
+  Lanes luminance_[3];  // of the coefficients of the terms
   TermSums sums_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <coppice/shared/layout.h>
 
+#include <coppice/relight/lobes.hpp>
 #include <coppice/vulkan/device.hpp>
 #include <memory>
 #include <optional>
@@ -21,6 +22,7 @@ struct CutShadeInput {
   std::span<const std::uint32_t> visibility_masks;  ///< by receiver
   std::span<const std::uint32_t> first_value;       ///< by receiver: index into values
   std::span<const std::uint8_t> values;
+  std::span<const ReceiverHorizon> horizons;  ///< by receiver: it sees no cluster whose direction lies below
   std::span<const ShadingFace> faces;
   std::span<const ShadingPoint> points;          ///< sorted by face, for speed
   std::uint32_t points_per_dispatch = 1u << 20;  ///< at least 1; smaller keeps a display responsive
@@ -31,9 +33,9 @@ struct CutShadeResult {
   std::optional<double> milliseconds;  ///< of the kernel on the device; empty where its queue has no clock
 };
 
-/// Computes Cuts section 3 for every point: the sum of power · visibility · BRDF over the clusters of the
-/// union of four cuts. The BRDF is taken at the cluster's mean direction, the visibility interpolated between
-/// the face's three receivers.
+/// Computes Cuts section 3 for every point, as shade_faces does: the sum of power · visibility · BRDF over
+/// the clusters of the union of four cuts, or over their descendants where these tell a lobe's shape. The
+/// visibility is interpolated between the face's three receivers.
 class CutShader {
  public:
   /// Uploads the input, of which the caller need keep nothing. Throws InputError where it does not fit into
@@ -43,10 +45,12 @@ class CutShader {
   CutShader(CutShader&&) noexcept;
   CutShader& operator=(CutShader&&) noexcept;
 
-  /// Shades all points under the lighting `nodes`, 2 · leaf_count of them by heap id. Bit e - 1 of
-  /// `illumination_mask`, max(1, leaf_count / 32) words, says that the illumination cut has the end e. Waits
-  /// for the device.
-  CutShadeResult shade(std::span<const LightNode> nodes, std::span<const std::uint32_t> illumination_mask);
+  /// Shades all points under the lighting `nodes`, 2 · leaf_count of them by heap id; where lobes are
+  /// refined, leaves have spread 0. Bit e - 1 of `illumination_mask`, max(1, leaf_count / 32) words, says
+  /// that the illumination cut has the end e. `cluster_count`, by point or empty, receives
+  /// ShadedPoint::clusters. Waits for the device.
+  CutShadeResult shade(std::span<const LightNode> nodes, std::span<const std::uint32_t> illumination_mask,
+                       const LobeOptions& lobes = {}, std::span<std::uint32_t> cluster_count = {});
 
  private:
   struct State;
