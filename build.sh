@@ -79,7 +79,7 @@ run_tests() {
 }
 
 bench() {
-  build release bench_coppice knobs trade
+  build release bench_coppice frames knobs trade
   scripts/bench.sh "$@"
 }
 

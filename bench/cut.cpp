@@ -1,5 +1,6 @@
 // Selecting cuts, and merging them.
 #include <coppice/cut/merge.hpp>
+#include <coppice/reference/merge_face.hpp>
 #include <coppice/reference/merge_postorder.hpp>
 
 #include "check.hpp"
@@ -218,13 +219,18 @@ void push_cluster(ClusterList& clusters, LeafRange leaves, float v0, float v1, f
   const Demo& demo = Demo::get();
   const std::uint32_t h = node_of_range(demo.relighting.tree().leaf_count(), leaves.begin, leaves.end);
   const LightNode& node = demo.lighting[usual].nodes[h];
-  if ((v0 != 0 || v1 != 0 || v2 != 0) && node.power != vec3(0)) clusters.push(node, v0, v1, v2);
+  if ((v0 != 0 || v1 != 0 || v2 != 0) && node.power != vec3(0)) clusters.push(h, node, {v0, v1, v2});
 }
+
+struct Vectorised {
+  FaceMerger<std::uint8_t> merger{Demo::get().relighting.cuts(usual), Demo::get().lighting[usual]};
+  void operator()(const FourCuts& face, ClusterList& clusters) { merger.merge(face.receivers, clusters); }
+};
 
 struct ByMasks {
   void operator()(const FourCuts& face, ClusterList& clusters) const {
     const Demo& demo = Demo::get();
-    merge_face(demo.relighting.cuts(usual), face.receivers, demo.lighting[usual], clusters);
+    reference::merge_face(demo.relighting.cuts(usual), face.receivers, demo.lighting[usual], clusters);
   }
 };
 
@@ -250,24 +256,28 @@ struct ByPostorder {
   }
 };
 
-bool equal(const ClusterList& a, const ClusterList& b) {
-  if (a.size() != b.size()) return false;
-  for (int f = 0; f < ClusterList::field_count; ++f) {
-    const auto field = ClusterList::Field(f);
-    if (!std::equal(a.field(field), a.field(field) + a.size(), b.field(field))) return false;
+/// Clusters by node, as numbers: the vectorised merge has them in another order.
+std::vector<std::vector<float>> sorted(const ClusterList& list) {
+  std::vector<std::vector<float>> clusters;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    clusters.push_back({float(list.nodes()[i])});
+    for (int f = 0; f < ClusterList::field_count; ++f)
+      clusters.back().push_back(list.field(ClusterList::Field(f))[i]);
   }
-  return true;
+  std::ranges::sort(clusters);
+  return clusters;
 }
 
 /// Share of the chosen faces where the clusters are not those of the paper's merge.
 template <class Merge>
 double merge_error() {
   std::size_t wrong = 0;
+  Merge merge;
   ClusterList fast, slow;
   for (const FourCuts& face : chosen_faces()) {
-    Merge()(face, fast);
+    merge(face, fast);
     ByPostorder()(face, slow);
-    wrong += !equal(fast, slow);
+    wrong += sorted(fast) != sorted(slow);
   }
   return double(wrong) / double(chosen_faces().size());
 }
@@ -289,12 +299,14 @@ void merge(benchmark::State& state) {
   state.counters["clusters"] = size;
   state.counters["per_cluster"] = seconds_for_each(size);
   ClusterList clusters;
+  Merge merge_once;
   std::size_t i = 0;
   for (auto _ : state) {
-    Merge()(chosen_faces()[i++ % chosen_faces().size()], clusters);
+    merge_once(chosen_faces()[i++ % chosen_faces().size()], clusters);
     benchmark::DoNotOptimize(clusters.field(ClusterList::x));
   }
 }
+BENCHMARK(merge<Vectorised>)->Name("cut/merge/vectorised")->Unit(benchmark::kMicrosecond);
 BENCHMARK(merge<ByMasks>)->Name("cut/merge/masks")->Unit(benchmark::kMicrosecond);
 BENCHMARK(merge<ByEnds>)->Name("cut/merge/ends")->Unit(benchmark::kMicrosecond);
 BENCHMARK(merge<ByPostorder>)->Name("cut/merge/postorder")->Unit(benchmark::kMicrosecond);

@@ -15,7 +15,9 @@ CutRelightingOptions settings() {
   CutRelightingOptions o;
   o.raster = {320, 180, 1};
   o.cuts.clear();
-  for (const double sigma : sigmas) o.cuts.push_back({sigma, VisibilityCutOptions{}.max_size});
+  for (const double sigma : sigmas)
+    o.cuts.push_back({sigma, VisibilityCutOptions{}.max_size, CutWeight::uniform, CutSearch::threshold});
+  for (const double sigma : sigmas) o.cuts.push_back({sigma});
   o.refine.max_receivers = 8000;  // a third of what the tolerance asks for: seconds, not a minute
   o.keep_bits = true;
   return o;

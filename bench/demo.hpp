@@ -13,8 +13,10 @@ namespace coppice::bench {
 /// Thresholds of the visibility cuts, and nodes of the illumination cut.
 inline constexpr std::array<double, 3> sigmas{1, 2, 3};
 inline constexpr std::size_t illumination_nodes = 256;
-/// The index of σ = 2 in `sigmas`, which stands for all where one is enough.
-inline constexpr std::size_t usual = 1;
+/// The index of σ = 2 in `sigmas`, which stands for all where one is enough. Sets of visibility cuts: the
+/// first are by threshold and unweighted, as in the paper, one for each σ; from `weighted` on they are as the
+/// library makes them.
+inline constexpr std::size_t usual = 1, weighted = sigmas.size();
 
 /// Made once, at the first benchmark that needs it. Visibility keeps its bits for the brute-force twins.
 class Demo {

@@ -3,21 +3,13 @@
 
 #include <coppice/core/simd.hpp>
 #include <cstdio>
-#include <fstream>
 
 #include "check.hpp"
+#include "machine.hpp"
 #include "results.hpp"
 
 namespace coppice::bench {
 namespace {
-
-/// The name that Linux gives to the processor.
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown processor";
-}
 
 int run() {
   const std::string instructions =

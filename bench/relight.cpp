@@ -48,10 +48,11 @@ std::vector<ShadingPoint> points_of_kind(std::uint32_t kind) {
 const ClusterList& usual_clusters() {
   static const ClusterList clusters = [] {
     const Demo& demo = Demo::get();
+    FaceMerger<std::uint8_t> merger(demo.relighting.cuts(usual), demo.lighting[usual]);
     ClusterList best, list;
     const auto distance = [](const ClusterList& c) { return std::fabs(double(c.size()) - 350); };
     for (const ShadingFace& face : demo.relighting.buffer().faces) {
-      merge_face(demo.relighting.cuts(usual), face.receivers, demo.lighting[usual], list);
+      merger.merge(face.receivers, list);
       if (best.size() == 0 || distance(list) < distance(best)) best = list;
     }
     return best;
@@ -79,16 +80,19 @@ void shade_clusters(benchmark::State& state, std::uint32_t kind) {
   const ClusterList& clusters = usual_clusters();
   const std::vector<ShadingPoint> points = points_of_kind(kind);
   std::vector<vec3> fast, slow;
+  RefinementScratch scratch;
+  const auto shade = [&](const ShadingPoint& p) {
+    return shade_point(p, clusters, visibility_scale, {Lobes::sampled}, {}, scratch).radiance;
+  };
   for (const ShadingPoint& p : points) {
-    fast.push_back(shade_point(p, clusters, visibility_scale));
+    fast.push_back(shade(p));
     slow.push_back(shade_one_by_one(p, clusters));
   }
   if (!agrees(state, relative_difference(fast, slow), 1e-4)) return;
   state.counters["clusters"] = double(clusters.size());
   state.counters["per_cluster"] = seconds_for_each(double(clusters.size()));
   std::size_t i = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(shade_point(points[i++ % points.size()], clusters, visibility_scale));
+  for (auto _ : state) benchmark::DoNotOptimize(shade(points[i++ % points.size()]));
 }
 BENCHMARK_CAPTURE(shade_clusters, lambert, BRDF_LAMBERT)->Name("relight/shade_point/lambert");
 BENCHMARK_CAPTURE(shade_clusters, ggx, BRDF_GGX)->Name("relight/shade_point/ggx");
@@ -201,7 +205,9 @@ void show_memory(benchmark::State& state, std::size_t which) {
 template <std::size_t which>
 void shade_image(benchmark::State& state) {
   const Demo& demo = Demo::get();
-  const auto shade = [&] { return demo.relighting.shade(demo.lighting[which], Serial(), which); };
+  const auto shade = [&] {
+    return demo.relighting.shade(demo.lighting[which], Serial(), which, {}, {Lobes::sampled});
+  };
   static const double error = image_error(shade());
   if (!agrees(state, error, 0.1)) return;
   show_memory(state, which);

@@ -23,6 +23,8 @@ constexpr Comparison comparisons[] = {
     {"image, sigma 2, 256 nodes", "relight/image/sigma:2", "brute force", plain},
     {"image, sigma 3, 256 nodes", "relight/image/sigma:3", "brute force", plain},
     {"image by brute force that skips", skipping, "brute force", plain},
+    {"merge of four cuts, vectorised", "cut/merge/vectorised", "the paper's merge", "cut/merge/postorder"},
+    {"merge of four cuts, vectorised", "cut/merge/vectorised", "masks", "cut/merge/masks"},
     {"merge of four cuts, masks", "cut/merge/masks", "the paper's merge", "cut/merge/postorder"},
     {"merge of four cuts, ends", "cut/merge/ends", "the paper's merge", "cut/merge/postorder"},
     {"merge of four cuts, masks", "cut/merge/masks", "ends", "cut/merge/ends"},

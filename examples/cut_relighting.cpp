@@ -4,7 +4,7 @@
 #include <coppice/embree/tracer.hpp>
 #include <coppice/exr/exposure.hpp>
 #include <coppice/exr/write.hpp>
-#include <iostream>
+#include <support/knobs.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
 #include <support/shader.hpp>
@@ -16,8 +16,7 @@ struct Options {
   CommonOptions common;
   CutOptions cut;
   std::string lights = "env";
-  double sigma = 2;
-  std::size_t nodes = 256;
+  Knobs knobs;
   int frames = 1;
   bool reference = false;
 };
@@ -34,13 +33,22 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--lights", o.lights, "what lights the scene")
       ->check(CLI::IsMember({"env"}))
       ->capture_default_str();
-  app.add_option("--sigma", o.sigma, "error threshold of the visibility cuts (Eq. 6)")
+  app.add_option("--sigma", o.knobs.sigma, "error threshold of the visibility cuts (Eq. 6)")
       ->check(finite_number)
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(CLI::Range(0.0, max_sigma))
       ->capture_default_str();
-  app.add_option("--cut-size", o.nodes, "nodes of the illumination cut at most")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20))
+  app.add_option("--cut-size", o.knobs.nodes, "nodes of the illumination cut at most")
+      ->check(CLI::Range(std::size_t{1}, max_nodes))
       ->capture_default_str();
+  add_choice(app, "--weight", o.knobs.cuts.weight, weight_words,
+             "how lights count in visibility cuts: each alike, or as much as they can light the surface");
+  add_choice(
+      app, "--search", o.knobs.cuts.search, search_words,
+      "how visibility cuts are chosen: by the paper's threshold, or as the least error for their size");
+  add_choice(
+      app, "--lobes", o.knobs.lobes, lobes_words,
+      "how a BRDF meets a cluster of lights: at its mean direction, averaged over it, or averaged with "
+      "coarse clusters split");
   app.add_option("--frames", o.frames,
                  "frames; above 1, frame i is turned by i times --rotate-env and numbered in its name")
       ->check(CLI::Range(1, 100000))
@@ -49,6 +57,14 @@ void add_options(CLI::App& app, Options& o) {
       "--reference", o.reference,
       "also sum over all lights: adds the EXR layers reference and error, and both brute-force times");
   add_cut_options(app, o.cut);
+}
+
+nlohmann::json knobs_json(const Knobs& k) {
+  return {{"sigma", k.sigma},
+          {"cut_size", k.nodes},
+          {"weight", word_of(weight_words, k.cuts.weight)},
+          {"search", word_of(search_words, k.cuts.search)},
+          {"lobes", word_of(lobes_words, k.lobes)}};
 }
 
 /// out.exr, or out.0007.exr.
@@ -95,7 +111,7 @@ class FrameRenderer {
   nlohmann::json render(int frame) {
     environment_.rotation = turn_of_frame(options_, frame);
     Stopwatch watch;
-    const FrameLighting lighting = relighting_.light(environment_, options_.nodes);
+    const FrameLighting lighting = relighting_.light(environment_, options_.knobs.nodes);
     const double light = watch.lap();
     std::vector<std::uint32_t> clusters(relighting_.buffer().points.size());
     const std::vector<vec3> radiance = shader_->shade(lighting, threads_, clusters);
@@ -104,7 +120,8 @@ class FrameRenderer {
                         {"milliseconds", 1e3 * (light + shade)},
                         {"milliseconds_lighting", 1e3 * light},
                         {"milliseconds_shading", 1e3 * shade},
-                        {"illumination_nodes", lighting.ends.size()}};
+                        {"illumination_nodes", lighting.ends.size()},
+                        {"clusters", summary_json(summary_of(clusters))}};
     write(frame, radiance, clusters, lighting, j);
     return j;
   }
@@ -174,23 +191,26 @@ void print_frame(int frame, const nlohmann::json& j) {
 
 void render(const Options& o) {
   check_before_work(o);
+  const auto& kernels = kernels_of(o.cut);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common);
   Image comparison = o.common.compare.empty() ? Image() : read_comparison(o.common.compare, o.common.raster);
   in.environment.rotation = turn_of_frame(o, 0);
   const EmbreeTracer tracer(in.scene);
-  CutRelightingOptions settings = relighting_options(o.common, o.cut, {o.sigma});
+  CutRelightingOptions settings = relighting_options(o.common, o.cut);
+  settings.cuts = {visibility_options(o.cut, o.knobs.sigma, o.knobs.cuts)};
+  settings.lobes = {o.knobs.lobes, o.cut.lobe_tolerance};
   settings.keep_bits = o.reference;
   CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads,
                              visibility_progress());
+  relighting.use(kernels);
   FrameRenderer renderer(o, relighting, std::move(in.environment), std::move(comparison), threads);
   nlohmann::json report = {{"program", "cut_relighting"},
                            {"settings", settings_json(o.common, o.cut)},
                            {"preparation", preparation_json(relighting, in.scene)},
                            {"visibility_cuts", cuts_json(relighting.cuts())},
                            {"warnings", in.scene.warnings}};
-  report["settings"]["sigma"] = o.sigma;
-  report["settings"]["cut_size"] = o.nodes;
+  report["settings"].update(knobs_json(o.knobs));
   for (int frame = 0; frame < o.frames; ++frame) {
     report["frames"].push_back(renderer.render(frame));
     print_frame(frame, report["frames"].back());

@@ -1,21 +1,28 @@
 #!/usr/bin/env bash
-# Measures the release build: every benchmark to build/release/bench.json, then speed against error over the knobs to
-# build/release/trade.csv. Arguments go to the benchmarks, for instance --benchmark_filter=merge.
+# Measures the release build and writes one report, build/release/bench.md: frames from the paper's way to the
+# library's against brute force, glossy materials, single choices, visibility cuts at equal error, and every kernel
+# beside its slow twin (also in build/release/bench.json). Arguments go to the benchmarks of kernels, for instance
+# --benchmark_filter=merge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=build/release
+report=$build/bench.md
 
-if [[ ! -x $build/bin/bench_coppice ]]; then
-  echo "bench.sh: $build/bin/bench_coppice is missing; run ./build.sh bench, which builds it first" >&2
-  exit 2
-fi
+for program in frames knobs trade bench_coppice; do
+  if [[ ! -x $build/bin/$program ]]; then
+    echo "bench.sh: $build/bin/$program is missing; run ./build.sh bench, which builds it first" >&2
+    exit 2
+  fi
+done
+
+"$build/bin/frames" | tee "$report"
+"$build/bin/knobs" | tee -a "$report"
+printf '\n## Pieces of a visibility cut at equal error\n\n' | tee -a "$report"
+scripts/sweep.sh | tee -a "$report"
+printf '\n## Kernels\n\n```\n' | tee -a "$report"
 # Medians of interleaved repetitions: what else the machine does falls on all alike.
 "$build/bin/bench_coppice" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
   --benchmark_min_time=0.1 --benchmark_color=false --benchmark_display_aggregates_only=true \
-  --benchmark_out="$build/bench.json" --benchmark_out_format=json "$@"
-
-if [[ -x $build/bin/trade ]]; then
-  "$build/bin/trade" --scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr --size 640x360 \
-    --sigma 1,2,3 --cut-size 128,256,512 --out "$build/trade.csv"
-fi
-if [[ -x $build/bin/knobs ]]; then "$build/bin/knobs"; fi
+  --benchmark_out="$build/bench.json" --benchmark_out_format=json "$@" | tee -a "$report"
+printf '```\n' | tee -a "$report"
+echo "bench.sh: the report is $report" >&2

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders the demo scene at three operating points and prints what they cost and how far off they are.
-# Needs the release programs (./build.sh demo builds them); writes to build/demo.
+# Renders the demo scene at three operating points, and at the paper's way of cutting for comparison, and prints what
+# they cost and how far off they are. Needs the release programs (./build.sh demo builds them); writes to build/demo.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -8,13 +8,14 @@ out=build/demo
 mkdir -p "$out"
 scene=(--scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/workshop.hdr --size 1280x720)
 
-build/release/bin/trade "${scene[@]}" --points 3:128,2:256,1:512 --images "$out/helmet" \
-  --out "$out/trade.csv" --report "$out/trade.json" | tee "$out/table.md"
+build/release/bin/trade "${scene[@]}" --points 3:32,2:64,1:128,2:256:uniform-threshold:sampled \
+  --images "$out/helmet" --out "$out/trade.csv" --report "$out/trade.json" | tee "$out/table.md"
 
 cat <<END
 
 Images and measurements are in $out:
-  helmet_sigma2_256.png   the default operating point, tone-mapped; the .exr beside it holds radiance and the reference
+  helmet_sigma2_64_cosine-optimal_refined.png
+                          the default operating point, tone-mapped; the .exr beside it holds radiance and the reference
   helmet_reference.png    all lights
   trade.svg, trade.csv    time against error
   trade.json              settings, counts, times and errors

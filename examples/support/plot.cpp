@@ -1,14 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <support/plot.hpp>
+#include <support/text.hpp>
 
 namespace coppice::program {
 
 namespace {
 
 constexpr double left = 80, right = 700, top = 50, bottom = 420;
-const char* const colours[] = {"#1b6e3c", "#c0582b", "#2c5f9e", "#8a3f8f", "#8c7a1d", "#3a8f8a"};
+const char* const colours[] = {"#1b6e3c", "#c0582b", "#2c5f9e", "#8a3f8f", "#8c7a1d", "#3a8f8a",
+                               "#d1495b", "#6b8e23", "#5b5ea6", "#b0763a", "#444444", "#c277b5"};
 
 /// Maps a logarithmic range, widened to powers of 1, 2, 5 · 10ⁿ, onto pixels.
 class LogAxis {
@@ -31,38 +32,34 @@ class LogAxis {
   std::vector<double> ticks_;
 };
 
-template <class... Args>
-void append(std::string& svg, const char* format, Args... args) {
-  char line[512];
-  std::snprintf(line, sizeof line, format, args...);
-  svg += line;
-}
-
 void draw_axes(std::string& svg, const LogAxis& x, const LogAxis& y) {
   for (const double t : x.ticks()) {
-    append(svg, "<line x1='%.1f' y1='%.0f' x2='%.1f' y2='%.0f' stroke='#ddd'/>\n", x(t), top, x(t), bottom);
-    append(svg, "<text x='%.1f' y='%.0f' text-anchor='middle'>%g</text>\n", x(t), bottom + 18, t);
+    svg +=
+        formatted("<line x1='%.1f' y1='%.0f' x2='%.1f' y2='%.0f' stroke='#ddd'/>\n", x(t), top, x(t), bottom);
+    svg += formatted("<text x='%.1f' y='%.0f' text-anchor='middle'>%g</text>\n", x(t), bottom + 18, t);
   }
   for (const double t : y.ticks()) {
-    append(svg, "<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#ddd'/>\n", left, y(t), right, y(t));
-    append(svg, "<text x='%.0f' y='%.1f' text-anchor='end'>%g</text>\n", left - 8, y(t) + 4, t);
+    svg +=
+        formatted("<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#ddd'/>\n", left, y(t), right, y(t));
+    svg += formatted("<text x='%.0f' y='%.1f' text-anchor='end'>%g</text>\n", left - 8, y(t) + 4, t);
   }
-  append(svg, "<text x='%.0f' y='%.0f' text-anchor='middle'>relRMSE against all lights, %%</text>\n",
-         (left + right) / 2, bottom + 42);
-  append(svg,
-         "<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>milliseconds, one "
-         "thread</text>\n",
-         (top + bottom) / 2, (top + bottom) / 2);
+  svg += formatted("<text x='%.0f' y='%.0f' text-anchor='middle'>relRMSE against all lights, %%</text>\n",
+                   (left + right) / 2, bottom + 42);
+  svg += formatted(
+      "<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>milliseconds, one "
+      "thread</text>\n",
+      (top + bottom) / 2, (top + bottom) / 2);
 }
 
 void draw_line(std::string& svg, const PlotLine& line, const char* colour, const LogAxis& x, const LogAxis& y,
                double legend) {
-  append(svg, "<polyline fill='none' stroke='%s' stroke-width='2' points='", colour);
-  for (const auto& [error, ms] : line.points) append(svg, "%.1f,%.1f ", x(error), y(ms));
+  svg += formatted("<polyline fill='none' stroke='%s' stroke-width='2' points='", colour);
+  for (const auto& [error, ms] : line.points) svg += formatted("%.1f,%.1f ", x(error), y(ms));
   svg += "'/>\n";
   for (const auto& [error, ms] : line.points)
-    append(svg, "<circle cx='%.1f' cy='%.1f' r='4' fill='%s'/>\n", x(error), y(ms), colour);
-  append(svg, "<text x='%.0f' y='%.1f' fill='%s'>%s</text>\n", right + 12, legend, colour, line.name.c_str());
+    svg += formatted("<circle cx='%.1f' cy='%.1f' r='4' fill='%s'/>\n", x(error), y(ms), colour);
+  svg += formatted("<text x='%.0f' y='%.1f' fill='%s'>%s</text>\n", right + 12, legend, colour,
+                   line.name.c_str());
 }
 
 }  // namespace
@@ -83,16 +80,16 @@ std::string plot_time_against_error(const std::string& title, const std::vector<
       "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='480' font-family='sans-serif' "
       "font-size='13'>\n"
       "<rect width='900' height='480' fill='white'/>\n";
-  append(svg, "<text x='%.0f' y='28' font-size='16'>%s</text>\n", left, title.c_str());
+  svg += formatted("<text x='%.0f' y='28' font-size='16'>%s</text>\n", left, title.c_str());
   draw_axes(svg, x, y);
-  double legend = top + 10;
+  double legend = bottom - 20 * double(lines.size() - 1);  // from below: levels are named at the top
   for (std::size_t i = 0; i < lines.size(); ++i, legend += 20)
     draw_line(svg, lines[i], colours[i % std::size(colours)], x, y, legend);
   for (const auto& level : levels) {
-    append(svg, "<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#444' stroke-dasharray='6 4'/>\n",
-           left, y(level.milliseconds), right, y(level.milliseconds));
-    append(svg, "<text x='%.0f' y='%.1f' fill='#444'>%s</text>\n", right + 12, y(level.milliseconds) + 4,
-           level.name.c_str());
+    svg += formatted("<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#444' stroke-dasharray='6 4'/>\n",
+                     left, y(level.milliseconds), right, y(level.milliseconds));
+    svg += formatted("<text x='%.0f' y='%.1f' fill='#444'>%s</text>\n", right + 12, y(level.milliseconds) + 4,
+                     level.name.c_str());
   }
   return svg + "</svg>\n";
 }

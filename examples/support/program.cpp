@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <coppice/core/error.hpp>
 #include <coppice/exr/read.hpp>
@@ -62,16 +63,9 @@ void add_common_options(CLI::App& app, CommonOptions& o) {
       ->capture_default_str();
   app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")
       ->capture_default_str();
-  app.add_option("--brdf", o.shading,
-                 "how materials are read (gltf): as glTF means them, or as one of the classic lobes with the "
-                 "same colours")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, Shading>{{"gltf", Shading::metallic_roughness},
-                                                                 {"lambert", Shading::lambert},
-                                                                 {"phong", Shading::phong},
-                                                                 {"blinn-phong", Shading::blinn_phong},
-                                                                 {"ward", Shading::ward}}))
-      ->option_text("gltf|lambert|phong|blinn-phong|ward");
+  add_choice(
+      app, "--brdf", o.shading, shading_words,
+      "how materials are read: as glTF means them, or as one of the classic lobes with the same colours");
   app.add_flag_callback(
       "--lambert", [&o] { o.shading = Shading::lambert; }, "short for --brdf lambert");
 }
@@ -95,13 +89,19 @@ void add_cut_options(CLI::App& app, CutOptions& o) {
   app.add_option("--max-receivers", o.max_receivers, "receivers at most after splitting")
       ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 30))
       ->capture_default_str();
-  app.add_option("--receivers", o.receivers, "receivers on what the camera sees, or everywhere (seen)")
-      ->option_text("seen|all")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, ReceiverScope>{{"seen", ReceiverScope::seen}, {"all", ReceiverScope::all}}));
+  add_choice(app, "--receivers", o.receivers, scope_words,
+             "receivers on what the camera sees, or everywhere");
   app.add_option("--light-count", o.lights, "lights over the sphere")
       ->check(CLI::Range(1u, 1u << 20))
       ->capture_default_str();
+  app.add_option("--lobe-tolerance", o.lobe_tolerance,
+                 "of refined lobes: a cluster is split where its lobe may err by more than this share of the "
+                 "point's radiance")
+      ->check(finite_number)
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  add_choice(app, "--instructions", o.instructions, instruction_words,
+             "instructions that shade on the processor; auto: the best it has");
 }
 
 int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
@@ -146,18 +146,28 @@ Inputs load_inputs(const CommonOptions& options) {
   return in;
 }
 
-CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut,
-                                        const std::vector<double>& sigmas) {
+CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut) {
   CutRelightingOptions o;
   o.raster = common.raster;
   o.shading = common.shading;
   o.light_count = cut.lights;
   o.seed = common.seed;
-  o.cuts.clear();
-  for (const double sigma : sigmas) o.cuts.push_back({sigma, cut.max_cut_size});
   o.refine = {cut.receiver_tolerance, cut.max_receivers};
   o.scope = cut.receivers;
   return o;
+}
+
+const ShadingKernels<std::uint8_t>& kernels_of(const CutOptions& cut) {
+  const auto supported = supported_instruction_sets();
+  const InstructionSet set = cut.instructions.value_or(supported.back());
+  if (std::ranges::find(supported, set) == supported.end())
+    throw InputError(std::string("--instructions ") + name(set), "is not had by this processor",
+                     "use --instructions auto");
+  return kernels_for<std::uint8_t>(set);
+}
+
+VisibilityCutOptions visibility_options(const CutOptions& cut, double sigma, const CutKind& kind) {
+  return {sigma, cut.max_cut_size, kind.weight, kind.search};
 }
 
 Progress visibility_progress() {

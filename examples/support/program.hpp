@@ -7,7 +7,9 @@
 #include <coppice/scene/scene.hpp>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <support/words.hpp>
 #include <vector>
 
 namespace coppice::program {
@@ -31,6 +33,8 @@ struct CutOptions {
   std::size_t max_receivers = RefineOptions{}.max_receivers;
   ReceiverScope receivers = ReceiverScope::seen;
   std::uint32_t lights = CutRelightingOptions{}.light_count;
+  float lobe_tolerance = LobeOptions{}.tolerance;
+  std::optional<InstructionSet> instructions{};  ///< none: the best of the processor
 };
 
 /// Accepts numbers but NaN and infinity; CLI::Range lets NaN pass.
@@ -56,9 +60,14 @@ struct Inputs {
 };
 Inputs load_inputs(const CommonOptions& options);
 
-/// Settings of the library from those of the command line, with one set of cuts a σ.
-CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut,
-                                        const std::vector<double>& sigmas);
+/// Settings of the library from those of the command line; `cuts` and `lobes` are left to the program.
+CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut);
+
+/// The shading kernels of --instructions. Throws InputError where this processor or build lacks them.
+const ShadingKernels<std::uint8_t>& kernels_of(const CutOptions& cut);
+
+/// Visibility cuts of one threshold and kind.
+VisibilityCutOptions visibility_options(const CutOptions& cut, double sigma, const CutKind& kind);
 
 /// A line on stderr that tells how far the visibility is and how long it will take.
 Progress visibility_progress();

@@ -2,29 +2,12 @@
 #include <coppice/core/error.hpp>
 #include <coppice/exr/read.hpp>
 #include <coppice/exr/write_file.hpp>
+#include <numeric>
 #include <support/report.hpp>
 
 namespace coppice::program {
 
 using nlohmann::json;
-
-namespace {
-const char* brdf_name(Shading shading) {
-  switch (shading) {
-    case Shading::metallic_roughness:
-      return "gltf";
-    case Shading::lambert:
-      return "lambert";
-    case Shading::phong:
-      return "phong";
-    case Shading::blinn_phong:
-      return "blinn-phong";
-    case Shading::ward:
-      return "ward";
-  }
-  return "";
-}
-}  // namespace
 
 json settings_json(const CommonOptions& c, const CutOptions& o) {
   return {{"scene", c.scene.string()},
@@ -36,18 +19,21 @@ json settings_json(const CommonOptions& c, const CutOptions& o) {
           {"backend", c.backend},
           {"threads", c.threads},
           {"seed", c.seed},
-          {"brdf", brdf_name(c.shading)},
+          {"brdf", word_of(shading_words, c.shading)},
           {"lights", o.lights},
           {"max_cut_size", o.max_cut_size},
           {"receiver_tolerance", o.receiver_tolerance},
           {"max_receivers", o.max_receivers},
-          {"receivers", o.receivers == ReceiverScope::seen ? "seen" : "all"}};
+          {"receivers", word_of(scope_words, o.receivers)},
+          {"lobe_tolerance", o.lobe_tolerance},
+          {"instructions", word_of(instruction_words, o.instructions)}};
 }
 
 json preparation_json(const CutRelighting<>& relighting, const Scene& scene) {
   const PreparationReport& r = relighting.report();
   return {
       {"triangles", scene.mesh.triangles.size()},
+      {"instructions", relighting.kernels().instructions},
       {"lights", relighting.directions().size()},
       {"receivers", r.receivers},
       {"receivers_before_refinement", r.unrefined_receivers},
@@ -58,14 +44,20 @@ json preparation_json(const CutRelighting<>& relighting, const Scene& scene) {
        {{"tree", r.tree}, {"camera", r.camera}, {"refinement", r.refinement}, {"visibility", r.visibility}}}};
 }
 
+CountSummary summary_of(std::span<const std::uint32_t> counts) {
+  if (counts.empty()) return {};
+  const auto [low, high] = std::ranges::minmax(counts);
+  return {low, high, std::accumulate(counts.begin(), counts.end(), 0.0) / double(counts.size())};
+}
+
+json summary_json(const CountSummary& s) { return {{"min", s.min}, {"mean", s.mean}, {"max", s.max}}; }
+
 json cuts_json(const MaskedCuts<std::uint8_t>& cuts) {
-  std::size_t low = cuts.size() == 0 ? 0 : cuts.piece_count(0), high = 0;
-  for (std::size_t i = 0; i < cuts.size(); ++i) {
-    low = std::min(low, cuts.piece_count(i));
-    high = std::max(high, cuts.piece_count(i));
-  }
-  const double mean = cuts.size() == 0 ? 0 : double(cuts.values().size()) / double(cuts.size());
-  return {{"min", low}, {"mean", mean}, {"max", high}, {"bytes", cuts.byte_count()}};
+  std::vector<std::uint32_t> pieces;
+  for (std::size_t i = 0; i < cuts.size(); ++i) pieces.push_back(std::uint32_t(cuts.piece_count(i)));
+  json j = summary_json(summary_of(pieces));
+  j["bytes"] = cuts.byte_count();
+  return j;
 }
 
 json errors_json(const ImageErrors& e) {

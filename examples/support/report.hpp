@@ -5,6 +5,7 @@
 #include <coppice/trade/errors.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <support/program.hpp>
 #include <vector>
 
@@ -12,6 +13,14 @@ namespace coppice::program {
 
 nlohmann::json settings_json(const CommonOptions& common, const CutOptions& cut);
 nlohmann::json preparation_json(const CutRelighting<>& relighting, const Scene& scene);
+/// Minimum, mean and maximum of counts; all 0 where there are none.
+struct CountSummary {
+  std::size_t min = 0, max = 0;
+  double mean = 0;
+};
+CountSummary summary_of(std::span<const std::uint32_t> counts);
+nlohmann::json summary_json(const CountSummary& summary);
+
 /// Minimum, mean and maximum pieces of a set of visibility cuts, and its bytes.
 nlohmann::json cuts_json(const MaskedCuts<std::uint8_t>& cuts);
 nlohmann::json errors_json(const ImageErrors& errors);

@@ -169,15 +169,19 @@ double energy_kept(const B& brdf, double width, double growth) {
   return albedo(float(widening_for(brdf, growth))) / albedo(0);
 }
 
+/// How far the albedo may move when the lobe grows by 0.1, 0.3 and 1.
+using EnergyLimit = std::array<double, 3>;
+
 template <class MakeBrdf>
-void check_energy(MakeBrdf make_brdf, double width) {
+void check_energy(MakeBrdf make_brdf, double width, const EnergyLimit& limit) {
   CAPTURE(width);
   for (const double cosine : {1.0, 0.8, 0.6, 0.4})
-    for (const auto& [growth, error] : {std::pair(0.1, 0.02), std::pair(0.3, 0.05), std::pair(1.0, 0.16)}) {
+    for (std::size_t i = 0; i < limit.size(); ++i) {
+      const double growth = std::array{0.1, 0.3, 1.0}[i];
       CAPTURE(cosine);
       CAPTURE(growth);
       const auto brdf = make_brdf(white(vec3(spherical(cosine, 0.7))));
-      CHECK(std::abs(energy_kept(brdf, width, growth) - 1) <= error);
+      CHECK(std::abs(energy_kept(brdf, width, growth) - 1) <= limit[i]);
     }
 }
 
@@ -286,7 +290,7 @@ TEST_CASE("the diffuse term of a cluster that the horizon cuts is at most the me
 TEST_CASE("filtered GGX comes nearer to the mean over the lights than GGX at their mean direction") {
   for (const float alpha : {0.05f, 0.1f, 0.3f, 0.6f})
     check_filtering([&](const SeenSurface& s) { return Ggx(s, alpha); }, double(alpha),
-                    {{0.042, 0.12, 0.27, 0.47, 0.59}, 0.65});
+                    {{0.021, 0.059, 0.13, 0.225, 0.28}, 0.48});
 }
 
 TEST_CASE("filtered Phong comes nearer to the mean over the lights than Phong at their mean direction") {
@@ -298,7 +302,7 @@ TEST_CASE("filtered Phong comes nearer to the mean over the lights than Phong at
 TEST_CASE("filtered Blinn-Phong comes nearer to the mean over the lights than at their mean direction") {
   for (const float exponent : {20.0f, 100.0f, 500.0f})
     check_filtering([&](const SeenSurface& s) { return BlinnPhong(s, exponent); },
-                    1 / std::sqrt(double(exponent)), {{0.016, 0.052, 0.16, 0.49, 1.2}, 0.48});
+                    1 / std::sqrt(double(exponent)), {{0.0091, 0.03, 0.086, 0.238, 0.41}, 0.28});
 }
 
 TEST_CASE("filtered Ward comes nearer to the mean over the lights than Ward at their mean direction") {
@@ -308,16 +312,16 @@ TEST_CASE("filtered Ward comes nearer to the mean over the lights than Ward at t
   check_filtering([](const SeenSurface& s) { return Ward(s, 0.1f, 0.3f); }, std::sqrt(0.03), limit);
 }
 
-TEST_CASE("a lobe keeps its energy when it is widened") {
+TEST_CASE("a lobe keeps most of its energy when it is widened") {
   for (const float alpha : {0.05f, 0.1f, 0.3f}) {
     const double width(alpha);
-    check_energy([&](const SeenSurface& s) { return Ggx(s, alpha); }, width);
-    check_energy([&](const SeenSurface& s) { return Ward(s, alpha, alpha); }, width);
+    check_energy([&](const SeenSurface& s) { return Ggx(s, alpha); }, width, {0.012, 0.034, 0.105});
+    check_energy([&](const SeenSurface& s) { return Ward(s, alpha, alpha); }, width, {0.02, 0.054, 0.14});
   }
   for (const float exponent : {20.0f, 100.0f, 500.0f}) {
     const double width = std::sqrt(2 / double(exponent));
-    check_energy([&](const SeenSurface& s) { return BlinnPhong(s, exponent); }, width);
-    check_energy([&](const SeenSurface& s) { return Phong(s, exponent); }, width / 2);
+    check_energy([&](const SeenSurface& s) { return BlinnPhong(s, exponent); }, width, {0.027, 0.077, 0.23});
+    check_energy([&](const SeenSurface& s) { return Phong(s, exponent); }, width / 2, {0.002, 0.0066, 0.026});
   }
 }
 

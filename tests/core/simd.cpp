@@ -83,6 +83,41 @@ TEST_CASE("masks combine lane by lane") {
   CHECK_FALSE(any(!(x >= 0.0f)));
 }
 
+TEST_CASE("numbers on either side of an operator stand for all lanes") {
+  check_each_lane([](auto a, auto b) { return 2.0f * a + (1.0f - b) / 3.0f - 4.0f * (a * 0.5f - 1.5f); });
+  check_each_lane([](auto a, auto b) { return select(1.0f < a, a, b) + select(b >= 2.0f, b, a); });
+}
+
+TEST_CASE("NaN compares as in one float: unequal to itself, and in no order") {
+  const Lanes nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK(all(nan != nan));
+  CHECK(all(nan != Lanes(0.0f)));
+  CHECK_FALSE(any(nan == nan));
+  CHECK_FALSE(any((nan < 0.0f) | (nan <= 0.0f) | (nan > 0.0f) | (nan >= 0.0f)));
+}
+
+TEST_CASE("a mask and its bits are the same, and none are set beyond the lanes") {
+  constexpr std::uint64_t every =
+      Lanes::width == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << Lanes::width) - 1;
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 100; ++i) {
+    const std::uint64_t bits = random() & every;
+    CHECK(bits_of(lane_mask(bits)) == bits);
+    CHECK(bits_of(!lane_mask(bits)) == (~bits & every));
+  }
+  Array numbers;
+  for (std::size_t lane = 0; lane < Lanes::width; ++lane) numbers[lane] = float(lane);
+  for (std::size_t lane = 0; lane < Lanes::width; ++lane)
+    CHECK(bits_of(Lanes::load(numbers.data()) == float(lane)) == std::uint64_t{1} << lane);
+}
+
+TEST_CASE("the first lanes are those below the count, at most all") {
+  for (std::size_t count = 0; count < Lanes::width; ++count)
+    CHECK(bits_of(first_lanes(count)) == (std::uint64_t{1} << count) - 1);
+  for (const std::size_t count : {Lanes::width, Lanes::width + 1, std::size_t{1000}, std::size_t{1} << 20})
+    CHECK(all(first_lanes(count)));
+}
+
 TEST_CASE("load and store take any alignment and touch nothing else") {
   std::array<float, Lanes::width + 3> from, to;
   for (std::size_t i = 0; i < from.size(); ++i) from[i] = float(i);

@@ -23,7 +23,8 @@ TEST_CASE("help is no error and names every option") {
     CHECK(o.code == 0);
     CHECK(o.err.empty());
     for (const char* option : {"--scene", "--env", "--rotate-env", "--size", "--samples", "--out", "--report",
-                               "--threads", "--seed", "--sigma", "--cut-size", "--light-count", "--lambert"})
+                               "--threads", "--seed", "--sigma", "--cut-size", "--light-count", "--lambert",
+                               "--lobes", "--lobe-tolerance", "--instructions"})
       CHECK_MESSAGE(o.out.find(option) != std::string::npos, option);
   }
   CHECK(place.made().empty());
@@ -41,15 +42,17 @@ TEST_CASE("both programs refuse command lines that they do not understand") {
     for (const std::string bad :
          {"--samples 0", "--samples many", "--threads -1", "--light-count 0", "--sigma -1", "--cut-size 0",
           "--receiver-tolerance nan", "--max-cut-size 0", "--max-receivers -1", "--receivers some",
-          "--rotate-env nan"})
+          "--rotate-env nan", "--lobes dull", "--lobe-tolerance nan", "--lobe-tolerance -0.1",
+          "--lobe-tolerance 1.5", "--instructions mmx", "--brdf velvet"})
       check_refused(place, program, files + bad, bad.substr(0, bad.find(' ')));
   }
 }
 
 TEST_CASE("cut_relighting refuses values outside its options' domains") {
   const Workplace place;
-  for (const std::string bad : {"--backend abacus", "--lights moon", "--frames 0", "--compare-block 0",
-                                "--sigma nan", "--rotate-env inf"})
+  for (const std::string bad :
+       {"--backend abacus", "--lights moon", "--frames 0", "--compare-block 0", "--sigma nan",
+        "--rotate-env inf", "--weight heavy", "--weight 1", "--search 0"})
     check_relight_refused(place, "--scene scene.glb --env sky.hdr --out image.exr " + bad,
                           bad.substr(0, bad.find(' ')));
 }

@@ -1,5 +1,6 @@
 // cut_relighting as a user runs it: files, layers, report, backends.
 #include <coppice/exr/write.hpp>
+#include <coppice/relight/lobes.hpp>
 #include <coppice/trade/errors.hpp>
 
 #include "programs/run.hpp"
@@ -102,6 +103,9 @@ TEST_CASE("the report holds settings, counts, times and errors") {
   REQUIRE(report["frames"].size() == 1);
   const json& frame = report["frames"][0];
   CHECK(frame["illumination_nodes"] == 99);
+  CHECK(frame["clusters"]["min"] > 0);
+  CHECK(frame["clusters"]["min"] <= frame["clusters"]["mean"]);
+  CHECK(frame["clusters"]["mean"] <= frame["clusters"]["max"]);
   for (const char* key : {"milliseconds", "milliseconds_lighting", "milliseconds_shading"})
     CHECK(frame[key] > 0);
   for (const char* key : {"plain", "skipping"}) CHECK(frame["brute_force_milliseconds"][key] > 0);
@@ -111,6 +115,59 @@ TEST_CASE("the report holds settings, counts, times and errors") {
       CHECK(frame[kind][key] < 0.5);
     }
     CHECK(frame[kind]["pixels"] == report["preparation"]["shading_points"]);
+  }
+}
+
+TEST_CASE("the report tells how light was cut: the defaults, and what was asked for") {
+  const Workplace place;
+  const auto settings = [&](const std::string& arguments) {
+    relit(place, "--report report.json " + arguments);
+    return json::parse(files::get(place / "report.json"))["settings"];
+  };
+  const json usual = settings("");
+  CHECK(usual["cut_size"] == 64);
+  CHECK(usual["weight"] == "cosine");
+  CHECK(usual["search"] == "optimal");
+  CHECK(usual["lobes"] == "refined");
+  CHECK(usual["lobe_tolerance"] == LobeOptions{}.tolerance);
+  CHECK(usual["instructions"] == "auto");
+  const json asked = settings(
+      "--weight uniform --search threshold --lobes filtered --lobe-tolerance 0.25 --instructions baseline");
+  CHECK(asked["weight"] == "uniform");
+  CHECK(asked["search"] == "threshold");
+  CHECK(asked["lobes"] == "filtered");
+  CHECK(asked["lobe_tolerance"] == 0.25);
+  CHECK(asked["instructions"] == "baseline");
+}
+
+TEST_CASE("each way of cutting changes the image a little") {
+  const Workplace place;
+  const std::string coarse = "--cut-size 16 ";
+  const Image image = relit(place, coarse);
+  for (const std::string way : {"--weight uniform", "--search threshold", "--lobes sampled",
+                                "--lobes filtered", "--lobe-tolerance 1"}) {
+    CAPTURE(way);
+    const double difference = rel_rmse(relit(place, coarse + way), image);
+    CHECK(difference > 1e-6);
+    CHECK(difference < 0.2);
+  }
+}
+
+TEST_CASE("every set of instructions gives nearly the same image, or is refused by name") {
+  const Workplace place;
+  const Image image = relit(place, "");
+  for (const std::string set : {"avx512", "avx2", "baseline"}) {
+    CAPTURE(set);
+    const Outcome o = place.relight("--out set.exr --report set.json --instructions " + set);
+    if (o.code == 2 && set != "baseline") {
+      CHECK(o.err.find("--instructions " + set) != std::string::npos);
+      continue;
+    }
+    REQUIRE(o.code == 0);
+    CHECK(rel_rmse(read_image(place / "set.exr"), image) < 1e-4);
+    const json report = json::parse(files::get(place / "set.json"));
+    CHECK(report["settings"]["instructions"] == set);
+    CHECK_FALSE(report["preparation"]["instructions"].get<std::string>().empty());
   }
 }
 
@@ -150,7 +207,8 @@ TEST_CASE("one thread and two give the same files") {
 
 TEST_CASE("frames are numbered and each is turned further") {
   const Workplace place;
-  REQUIRE(place.relight("--out turn.exr --report report.json --frames 2 --rotate-env 90").code == 0);
+  const std::string fine = "--sigma 0.01 --cut-size 1024 ";  // the error of cuts would hide a wrong turn
+  REQUIRE(place.relight(fine + "--out turn.exr --report report.json --frames 2 --rotate-env 90").code == 0);
   CHECK(place.made() == std::set<std::string>{"turn.0000.exr", "turn.0000.png", "turn.0001.exr",
                                               "turn.0001.png", "report.json"});
   const json frames = json::parse(files::get(place / "report.json"))["frames"];
@@ -158,9 +216,10 @@ TEST_CASE("frames are numbered and each is turned further") {
   CHECK(frames[0]["rotation_degrees"] == 0);
   CHECK(std::abs(frames[1]["rotation_degrees"].get<double>() - 90) < 1e-3);
   const Image still = read_image(place / "turn.0000.exr"), turned = read_image(place / "turn.0001.exr");
-  CHECK(still.pixels == relit(place, "").pixels);
+  CHECK(still.pixels == relit(place, fine).pixels);
   CHECK(rel_rmse(turned, still) > 0.05);
-  CHECK(rel_rmse(relit(place, "--rotate-env 90"), turned) < 0.05);  // its lights stand where its own sun is
+  const Image lights_moved = relit(place, fine + "--rotate-env 90");  // they stand where its own sun is
+  CHECK(rel_rmse(lights_moved, turned) < 0.02);
 }
 
 TEST_CASE("a scene without a camera is seen whole, with a warning") {

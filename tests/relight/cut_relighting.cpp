@@ -61,6 +61,17 @@ Scene lone_ball(const vec3& albedo) {
   return scene;
 }
 
+/// A ball of few faces, whose corners see other skies than the points between them, in a box's shadow.
+Scene coarse_ball_by_a_box() {
+  Scene scene;
+  scene.materials = {dielectric({0.6f, 0.6f, 0.55f}, 0.9f), dielectric({0.7f, 0.3f, 0.2f}, 0.6f)};
+  add_ground(scene.mesh, 2, 0, 0);
+  add_ball(scene.mesh, {0.3f, 0.6f, 0}, 0.5f, 5, 1);
+  add_box(scene.mesh, {-1, 0, -0.5f}, {-0.4f, 0.9f, 0.3f}, 1);
+  scene.camera = look_at({0.5f, 2, 3.5f}, {0, 0.35f, 0}, 0.7f);
+  return scene;
+}
+
 /// The scene and its camera turned by `angle` radians about +Y, +X towards -Z.
 Scene turned(Scene scene, float angle) {
   const mat3 turn = glm::mat3_cast(glm::angleAxis(angle, vec3(0, 1, 0)));
@@ -142,6 +153,43 @@ TEST_CASE("the error grows with the threshold and falls with the illumination no
   CHECK(many < 1.01 * some);
 }
 
+TEST_CASE("cosine cuts need their horizons: without them light leaks round the edges of faces") {
+  const Environment environment = sky();
+  System system(coarse_ball_by_a_box(), environment, small_options(4096));
+  const Image reference = system.brute_force(environment);
+  const double with_horizons = rel_rmse(system.shade(environment), reference);
+  CHECK(with_horizons < 0.015);
+  const auto& cuts = system.relighting.cuts();
+  MaskedCuts<std::uint8_t> without(cuts.leaf_count(), cuts.granule_log2());
+  for (std::size_t i = 0; i < cuts.size(); ++i) without.append(cuts.unpack(i), no_horizon);
+  const ShadingBuffer& buffer = system.relighting.buffer();
+  std::vector<vec3> radiance(buffer.points.size());
+  shade_faces<std::uint8_t>(buffer, without, system.relighting.light(environment, 256), {}, 0,
+                            buffer.faces.size(), radiance, {});
+  CHECK(rel_rmse(system.relighting.image(radiance), reference) > 1.8 * with_horizons);
+}
+
+TEST_CASE("refined lobes keep the highlights that sampled and filtered ones lose") {
+  Scene scene = still_life();
+  for (Material& material : scene.materials) material.metallic = 1, material.roughness = 0.25f;
+  CutRelightingOptions options = small_options();
+  options.cuts = {{0.5, 1000}};
+  const Environment environment = sky();
+  System system(scene, environment, options);
+  const Image reference = system.brute_force(environment);
+  const FrameLighting frame = system.relighting.light(environment, 64);
+  const auto error = [&](const LobeOptions& lobes) {
+    return rel_rmse(system.relighting.image(system.relighting.shade(frame, Serial(), 0, {}, lobes)),
+                    reference);
+  };
+  const double refined = error({Lobes::refined});
+  CHECK(refined < 0.015);
+  CHECK(error({Lobes::refined, 0.1f}) > 1.5 * refined);
+  CHECK(error({Lobes::filtered}) > 10 * refined);
+  CHECK(error({Lobes::sampled}) > 2 * error({Lobes::filtered}));
+  CHECK(rel_rmse(system.shade(environment, 64), reference) == refined);
+}
+
 TEST_CASE("turning scene, camera and environment together leaves the image, but for the lattice of lights") {
   Environment environment = sky();
   const Image image = System(still_life(), environment, small_options(2048)).shade(environment, 2048);
@@ -206,7 +254,7 @@ TEST_CASE("one, two or three lights and one pixel are enough") {
   for (const std::uint32_t lights : {1u, 2u, 3u}) {
     CutRelightingOptions options = small_options(lights);
     options.raster = {1, 1, 1};
-    options.cuts = {{0.01, 8}};
+    options.cuts = {{0.001, 8}};
     const Environment environment = constant_environment(vec3(1), 1, 1);
     System system(still_life(), environment, options);
     CHECK(is_finite(system.shade(environment).pixels[0]));

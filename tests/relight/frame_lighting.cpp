@@ -232,6 +232,49 @@ TEST_CASE("the masks are the cut's ends, those of the granules leave out what fa
   }
 }
 
+TEST_CASE("the parts of granules are listed by granule, each node of the cut below one once") {
+  const Sky sky = hard_sky(1000);
+  for (const std::uint32_t granule_log2 : {0u, 1u, 3u, 5u}) {
+    CAPTURE(granule_log2);
+    const FrameLighting frame = lit(sky, 300, granule_log2);
+    std::vector<std::uint32_t> fine;
+    for_each_piece(frame.ends, [&](LeafRange r, std::size_t) {
+      if (r.size() < 1u << granule_log2) fine.push_back(node_of_range(1024, r.begin, r.end));
+    });
+    CHECK(frame.fine_nodes == fine);
+    CHECK(fine.empty() == (granule_log2 == 0));
+    std::uint32_t at = 0;
+    for (const FineGranule& g : frame.fine_granules) {
+      REQUIRE(g.first == at);
+      for (std::uint32_t k = 0; k < g.count; ++k)
+        CHECK((leaves_below(1024, fine[at++]).begin >> granule_log2) == g.granule);
+    }
+    CHECK(at == fine.size());
+    CHECK(std::ranges::adjacent_find(frame.fine_granules, {}, &FineGranule::granule) ==
+          frame.fine_granules.end());
+  }
+}
+
+TEST_CASE("setting another illumination cut leaves nothing of the last one") {
+  const Sky sky = hard_sky(1000);
+  FrameLighting frame = lit(sky, 700, 3);
+  REQUIRE_FALSE(frame.fine_nodes.empty());
+  const FrameLighting other = lit(sky, 90, 2);
+  set_illumination_cut(frame, 1024, other.ends, 2);
+  CHECK(frame.ends == other.ends);
+  CHECK(frame.mask == other.mask);
+  CHECK(frame.granule_mask == other.granule_mask);
+  CHECK(frame.fine_nodes == other.fine_nodes);
+  CHECK(frame.fine_granules.size() == other.fine_granules.size());
+}
+
+TEST_CASE("a leaf has no spread at all, whatever rounding says: nothing tries to split it") {
+  const Sky sky = hard_sky(1000);
+  const FrameLighting frame = lit(sky);
+  for (std::uint32_t leaf = 0; leaf < 1024; ++leaf) CHECK(frame.nodes[1024 + leaf].spread == 0);
+  CHECK(std::ranges::count(frame.nodes, 0.0f, &LightNode::spread) < 1024 + 200);
+}
+
 TEST_CASE("the root's power is the environment's energy, whatever the number of lights") {
   Random random(2);
   const Environment environment{random_map(random, 64, 32), 0.3f};

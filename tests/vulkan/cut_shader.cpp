@@ -43,9 +43,13 @@ class Definition {
  public:
   Definition(const RandomInput& input, const ShadingPoint& point, const LobeOptions& lobes)
       : input_(input), point_(point), lobes_(lobes) {
-    for (const auto& [node, v] : visibility_by_cluster()) sum_ += v * reflected(node);
+    double brightness = 0;
+    for (const auto& [node, v] : visibility_by_cluster()) {
+      sum_ += v * reflected(node);
+      brightness += v * brightness_of(node);
+    }
     if (lobes.lobes != Lobes::refined || point.brdf == BRDF_LAMBERT) return;
-    limit_ = double(lobes.tolerance) * luminance(sum_);
+    limit_ = double(lobes.tolerance) * brightness;
     sum_ = dvec3(0);
     for (const auto& [node, v] : visibility_by_cluster()) sum_ += below(node, v);
   }
@@ -93,6 +97,13 @@ class Definition {
     const auto t = terms(node);
     return dvec3(node.power) * (dvec3(point_.diffuse) * t.diffuse + dvec3(point_.specular) * t.specular +
                                 dvec3(point_.fresnel) * t.fresnel);
+  }
+
+  double brightness_of(std::uint32_t h) const {
+    const auto t = terms(input_.frame.nodes[h]);
+    return luminance(dvec3(input_.frame.nodes[h].power)) *
+           (luminance(dvec3(point_.diffuse)) * t.diffuse + luminance(dvec3(point_.specular)) * t.specular +
+            luminance(dvec3(point_.fresnel)) * t.fresnel);
   }
 
   double error(std::uint32_t h) const {

@@ -89,7 +89,8 @@ inline LaneMask operator<=(Lanes a, Lanes b) { return {hn::Le(a.values, b.values
 inline LaneMask operator>(Lanes a, Lanes b) { return {hn::Gt(a.values, b.values)}; }
 inline LaneMask operator>=(Lanes a, Lanes b) { return {hn::Ge(a.values, b.values)}; }
 inline LaneMask operator==(Lanes a, Lanes b) { return {hn::Eq(a.values, b.values)}; }
-inline LaneMask operator!=(Lanes a, Lanes b) { return {hn::Ne(a.values, b.values)}; }
+/// Also where either is not a number, as for one float; Highway's Ne leaves those out on x86.
+inline LaneMask operator!=(Lanes a, Lanes b) { return !(a == b); }
 
 /// a where the mask is set, else b.
 inline Lanes select(LaneMask mask, Lanes a, Lanes b) {

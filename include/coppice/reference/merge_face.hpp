@@ -34,7 +34,7 @@ float visible_above(const ReceiverHorizon& horizon, const vec3& direction, Value
 
 }  // namespace detail
 
-/// What merge_face gives, in the same order (Cuts section 3.2, on ends).
+/// The clusters that FaceMerger gives, from left to right (Cuts section 3.2, on ends).
 template <Quantised Value>
 void merge_face(const MaskedCuts<Value>& cuts, const uvec3& receivers, const FrameLighting& frame,
                 ClusterList& clusters) {

@@ -36,10 +36,13 @@ class Refinement {
     return sum;
   }
 
-  /// The same, and each cluster whose error exceeds the share `tolerance` of filtered()'s luminance is
-  /// replaced by its grandchildren (children right above the leaves), and these in turn.
+  /// The same, and each cluster whose error exceeds the share `tolerance` of all clusters' brightness is
+  /// replaced by its grandchildren (children right above the leaves), and these in turn. Brightness is the
+  /// luminance of the light times that of the reflectance.
   RefinedPoint refined(std::span<const SeenCluster> clusters, double tolerance) const {
-    const double limit = tolerance * brightness(filtered(clusters));
+    double brightness = 0;
+    for (const SeenCluster& c : clusters) brightness += evaluate(c).brightness;
+    const double limit = tolerance * brightness;
     RefinedPoint result;
     for (const SeenCluster& c : clusters) descend(c, limit, result);
     return result;
@@ -48,10 +51,10 @@ class Refinement {
  private:
   struct Evaluated {
     glm::dvec3 radiance;
-    double error;  ///< specular luminance times the growth of the lobe
+    double brightness, error;  ///< error: the specular part of the brightness times the growth of the lobe
   };
 
-  static double brightness(const glm::dvec3& rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
+  static double luminance(const glm::dvec3& rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; }
 
   Evaluated evaluate(const SeenCluster& c) const {
     const LightNode& node = tree_[c.node];
@@ -62,8 +65,9 @@ class Refinement {
         dot(direction, cross(normal, tangent)), dot(direction, normal), spread, viewer_);
     const glm::dvec3 light = glm::dvec3(node.power) * c.visibility;
     const glm::dvec3 lobe = glm::dvec3(point_.specular) * t.specular + glm::dvec3(point_.fresnel) * t.fresnel;
-    return {light * (glm::dvec3(point_.diffuse) * t.diffuse + lobe),
-            brightness(light) * brightness(lobe) * t.growth};
+    const glm::dvec3 reflectance = glm::dvec3(point_.diffuse) * t.diffuse + lobe;
+    return {light * reflectance, luminance(light) * luminance(reflectance),
+            luminance(light) * luminance(lobe) * t.growth};
   }
 
   void descend(const SeenCluster& c, double limit, RefinedPoint& result) const {

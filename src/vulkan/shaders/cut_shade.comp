@@ -193,9 +193,17 @@ bool is_refined(ShadingPoint point) {
   return parameters.lobes == CUT_SHADE_REFINED && point.brdf >= BRDF_GGX && point.brdf <= BRDF_WARD;
 }
 
+// Of the light times that of the reflectance: a linear function of the sums.
+float luminance_of(Shading shading) {
+  ShadingPoint point = shading.point;
+  return luminance(point.diffuse) * luminance(shading.sums[0]) +
+         luminance(point.specular) * luminance(shading.sums[1]) +
+         luminance(point.fresnel) * luminance(shading.sums[2]);
+}
+
 // Again from the start, now that the sum of all clusters tells how much error is too much.
 void start_refining(inout Shading shading) {
-  shading.limit = parameters.tolerance * luminance(colour_of(shading));
+  shading.limit = parameters.tolerance * luminance_of(shading);
   shading.refines = true;
   shading.sums = mat3(0.0);
   shading.clusters = 0u;
