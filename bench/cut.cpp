@@ -44,11 +44,12 @@ VisibilityCut select_by_moments(std::uint32_t receiver, const VisibilityCutOptio
   const auto mean = [&](std::uint32_t h) { return all[h] > 0 ? visible[h] / all[h] : 0.0; };
   const auto error = [&](std::uint32_t h) { return mean(h) * (all[h] - visible[h]); };
   const double sigma2 = options.sigma * options.sigma;
-  auto cut = cut_with_values(n >> log2,
-                             options.search == CutSearch::threshold
-                                 ? select_by_threshold(n >> log2, error, sigma2, options.max_size)
-                                 : select_optimal(n >> log2, error, sigma2 / 4, options.max_size),
-                             [&](std::uint32_t h) { return quantise<std::uint8_t>(float(mean(h))); });
+  auto cut =
+      cut_with_values(n >> log2,
+                      options.search == CutSearch::threshold
+                          ? select_by_threshold(n >> log2, error, sigma2, options.max_size)
+                          : select_optimal(n >> log2, error, price_of_piece(options.sigma), options.max_size),
+                      [&](std::uint32_t h) { return quantise<std::uint8_t>(float(mean(h))); });
   for (std::uint32_t& end : cut.ends) end <<= log2;
   return cut;
 }

@@ -80,12 +80,12 @@ void check_threshold_cut(const WeightedSums& sums, std::uint32_t n, std::span<co
 
 /// The cut costs no more than the best one over the granules, but for the rounding of floats.
 void check_optimal_cut(const WeightedSums& sums, std::uint32_t n, std::span<const std::uint32_t> ends,
-                       std::uint32_t granule_log2, double sigma2) {
+                       std::uint32_t granule_log2, double sigma) {
   const auto error = [&](std::uint32_t h) { return sums.error(h); };
-  auto best = select_optimal(n >> granule_log2, error, sigma2 / 4);
+  auto best = select_optimal(n >> granule_log2, error, price_of_piece(sigma));
   for (std::uint32_t& end : best) end <<= granule_log2;
-  const double least = reference::cut_cost(n, best, error, sigma2 / 4);
-  CHECK(reference::cut_cost(n, ends, error, sigma2 / 4) <= least * (1 + 1e-4));
+  const double least = reference::cut_cost(n, best, error, price_of_piece(sigma));
+  CHECK(reference::cut_cost(n, ends, error, price_of_piece(sigma)) <= least * (1 + 1e-4));
 }
 
 void check_values(const WeightedSums& sums, std::uint32_t n, const Cut<std::uint16_t>& cut) {
@@ -109,7 +109,7 @@ void check_against_twin(const Lights& lights, const VisibilityCutOptions& option
   if (options.search == CutSearch::threshold)
     check_threshold_cut(sums, n, cut.ends, sigma2);
   else
-    check_optimal_cut(sums, n, cut.ends, selector.granule_log2(), sigma2);
+    check_optimal_cut(sums, n, cut.ends, selector.granule_log2(), options.sigma);
 }
 
 constexpr std::array<CutWeight, 2> weights{CutWeight::uniform, CutWeight::cosine};

@@ -52,7 +52,7 @@ class MaskedCuts {
   std::size_t size() const { return first_value_.size() - 1; }
   std::size_t piece_count(std::size_t i) const { return first_value_[i + 1] - first_value_[i]; }
   std::size_t byte_count() const {
-    return masks_.size() * sizeof(std::uint32_t) + values_.size() * sizeof(Value) + first_value_.size() * 4 +
+    return masks_.size() * sizeof(std::uint32_t) + values().size() * sizeof(Value) + first_value_.size() * 4 +
            horizons_.size() * sizeof(ReceiverHorizon);
   }
   std::span<const std::uint32_t> masks() const { return masks_; }

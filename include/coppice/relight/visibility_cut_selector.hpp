@@ -18,8 +18,12 @@ namespace coppice {
 /// the cut are then means weighted by w.
 enum class CutWeight { uniform, cosine };
 
-/// threshold: every node with error > σ² is split (Cuts Eq. 6). optimal: the least Σ error + (σ/2)² · pieces.
+/// threshold: every node with error > σ² is split (Cuts Eq. 6). optimal: the least Σ error +
+/// price_of_piece(σ) · pieces.
 enum class CutSearch { threshold, optimal };
+
+/// (σ/3)²: at equal σ cosine weights and this price give about the image error of the paper's cuts.
+inline double price_of_piece(double sigma) { return sigma * sigma / 9; }
 
 /// The error of a node is Σ w (v - v̄)² over its lights, which for weight 1 is |C|·var. A cut that would need
 /// more than max_size pieces is split at the worst nodes first (threshold), or the price is doubled until it
@@ -166,7 +170,7 @@ class VisibilityCutSelector {
     };
     if (options_.search == CutSearch::threshold)
       return select_by_threshold(granule_count_, error, sigma2, options_.max_size);
-    return optimal_.select(granule_count_, error, sigma2 / 4, options_.max_size);
+    return optimal_.select(granule_count_, error, price_of_piece(options_.sigma), options_.max_size);
   }
 
   const LightTree* tree_;
