@@ -88,11 +88,13 @@ Method brute_force(const ShadingKernels<std::uint8_t>& kernels, const ShadingBuf
   const Demo& demo = Demo::get();
   const auto lights =
       std::make_shared<DenseLights>(demo.relighting.tree().leaf_count(), demo.lighting[usual]);
-  return {skip == Skip::nothing ? "all lights" : "all lights, skipping the unseen",
-          [&kernels, &buffer, &demo, lights, skip](std::span<vec3> radiance, auto) {
-            kernels.brute_force(skip, buffer, demo.relighting.bits(), demo.relighting.tree().leaf_count(),
-                                *lights, 0, buffer.faces.size(), radiance);
-          }};
+  return {
+      skip == Skip::nothing ? "all lights" : "all lights, skipping the unseen",
+      [&kernels, &buffer, &demo, lights, skip](std::span<vec3> radiance, std::span<std::uint32_t> counts) {
+        if (skip == Skip::nothing) std::ranges::fill(counts, demo.relighting.tree().leaf_count());
+        kernels.brute_force(skip, buffer, demo.relighting.bits(), demo.relighting.tree().leaf_count(),
+                            *lights, 0, buffer.faces.size(), radiance);
+      }};
 }
 
 Method by_kernel(std::string name, const ShadingKernels<std::uint8_t>& kernels, const ShadingBuffer& buffer,
@@ -199,7 +201,7 @@ void speed_table(const ShadingBuffer& buffer, const ShadingBuffer& alone) {
                                 weighted + usual, small, LobeOptions{}));
     measure(methods, buffer.points.size(), kernels.width == 1 ? rounds_without_simd : usual_rounds);
     check_twins(methods[0], methods[1]);
-    print_rows(methods, kernels.instructions);
+    print_rows(methods, name(set));
     std::fflush(stdout);
   }
 }

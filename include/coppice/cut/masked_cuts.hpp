@@ -73,10 +73,10 @@ class MaskedCuts {
       COPPICE_ASSERT(end % (1u << granule_log2_) == 0 && end <= leaf_count_);
       masks_[base + bit / 32] |= 1u << (bit % 32);
     }
-    values_.resize(values_.size() - value_slack);
+    values_.erase(values_.end() - value_slack, values_.end());
     values_.insert(values_.end(), cut.values.begin(), cut.values.end());
     first_value_.push_back(std::uint32_t(values_.size()));
-    values_.resize(values_.size() + value_slack);
+    values_.insert(values_.end(), value_slack, Value(0));
     horizons_.push_back(horizon);
   }
 
