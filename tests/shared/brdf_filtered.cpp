@@ -1,6 +1,6 @@
 // The stated errors of the BRDFs' means over clusters: float and Lanes against long double at the same
 // inputs.
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // What a BRDF is to the rest of Coppice, and what all of ours share.
 #pragma once
 
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 
 #include <algorithm>
 #include <concepts>

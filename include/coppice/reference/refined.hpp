@@ -1,7 +1,7 @@
 // Refined shading one cluster after the other: the slow twin of PointShader::refined.
 #pragma once
 
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 
 #include <cstdint>
 #include <span>

@@ -3,7 +3,7 @@
 
 #include <coppice/core/simd.hpp>
 //
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 
 #include <algorithm>
 #include <array>

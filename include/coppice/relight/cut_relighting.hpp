@@ -86,8 +86,8 @@ class CutRelighting {
     return light_frame(tree_, lights, directions_, max_nodes, cuts(which).granule_log2());
   }
 
-  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives how many it
-  /// took.
+  /// Radiance of every shading point through merged cuts; cluster_count, where not empty, receives how many
+  /// it took.
   template <Executor E>
   std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which = 0,
                           std::span<std::uint32_t> cluster_count = {}) const {
@@ -110,7 +110,8 @@ class CutRelighting {
     std::vector<vec3> radiance(buffer_.points.size());
     const DenseLights lights(tree_.leaf_count(), frame);
     executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      kernels_->brute_force(skip, buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end, radiance);
+      kernels_->brute_force(skip, buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end,
+                            radiance);
     });
     return radiance;
   }

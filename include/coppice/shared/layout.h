@@ -14,8 +14,9 @@ struct LightNode {
   float solid_angle;  ///< Σ solid angle, steradians
 };
 
-/// Where a receiver's visibility cut has a meaning: towards directions d with dot(normal, d) > cosine. Towards the
-/// others it sees nothing, whatever its cut says. A cut that tells all is given the normal 0 and the cosine -1.
+/// Where a receiver's visibility cut has a meaning: towards directions d with dot(normal, d) > cosine.
+/// Towards the others it sees nothing, whatever its cut says. A cut that tells all is given the normal 0 and
+/// the cosine -1.
 struct ReceiverHorizon {
   vec3 normal;
   float cosine;

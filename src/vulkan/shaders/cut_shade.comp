@@ -6,7 +6,7 @@
 #extension GL_EXT_buffer_reference : require
 #define COPPICE_GLSL
 #include <coppice/shared/cut_shade.h>
-#include <coppice/shared/brdf.h>
+#include <coppice/shared/brdf_filtered.h>
 #include <coppice/shared/node.h>
 
 layout(local_size_x = CUT_SHADE_GROUP_SIZE) in;
