@@ -18,7 +18,7 @@ done
 "$build/bin/frames" | tee "$report"
 "$build/bin/knobs" | tee -a "$report"
 printf '\n## Pieces of a visibility cut at equal error\n\n' | tee -a "$report"
-scripts/sweep.sh | tee -a "$report"
+SWEEP_SIZE="${SWEEP_SIZE:-192x108}" scripts/sweep.sh | tee -a "$report"
 printf '\n## Kernels\n\n```\n' | tee -a "$report"
 # Medians of interleaved repetitions: what else the machine does falls on all alike.
 "$build/bin/bench_coppice" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
