@@ -79,7 +79,7 @@ run_tests() {
 }
 
 bench() {
-  build release bench_coppice frames knobs trade
+  build release bench_coppice frames highlights knobs trade
   scripts/bench.sh "$@"
 }
 

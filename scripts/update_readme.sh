@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Puts the demo's table and picture into README.md: run ./build.sh demo first. The picture has four rays a pixel.
+# Puts the demo's table and picture into README.md, and the picture and the plot of glossy materials into docs/: run
+# ./build.sh demo and ./build.sh bench first. The picture has four rays a pixel.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -8,4 +9,6 @@ build/release/bin/cut_relighting --scene assets/flight_helmet/flight_helmet.gltf
 mkdir -p docs/images
 cp build/demo/picture.png docs/images/flight_helmet.png
 cp build/demo/trade.svg docs/images/trade.svg
+build/release/bin/highlights docs/images/highlights.png
+python3 scripts/plot_errors.py build/release/bench.md docs/images/glossy.svg
 python3 scripts/readme.py write build/demo/table.md
