@@ -14,9 +14,9 @@ struct ReadyPackets {
 
   ReadyPackets(const DirectionPackets& lights, const Receiver& receiver) {
     for (std::uint32_t p = 0; p < lights.packet_count(); ++p) {
-      lanes.push_back(lights.above_horizon(p, receiver));
+      lanes.push_back(lights.worth_tracing(p, receiver));
       packets.push_back(packet_from(receiver.position));
-      lights.load(p, packets.back());
+      lights.aim(p, receiver.position, packets.back());
     }
   }
 };

@@ -111,7 +111,8 @@ double interpolation_error(const Mesh& scene, const ReceiverMesh& mesh, const Tr
 
 TEST_CASE("the error of an edge is a share of the unoccluded irradiance") {
   const DirectionPackets pilot(even_directions(4096));
-  const std::vector<std::uint64_t> none(64, 0), all(64, ~std::uint64_t{0});
+  const std::vector<std::uint64_t> no_bits(64, 0), all_bits(64, ~std::uint64_t{0});
+  const PilotView none{vec3(0), no_bits}, all{vec3(0), all_bits};
   const vec3 up(0, 1, 0);
   CHECK(edge_error(pilot, up, all, all, all) == 0);
   CHECK(edge_error(pilot, up, none, none, none) == 0);
@@ -150,7 +151,8 @@ TEST_CASE("an edge within the limits meets the tolerance or is too short") {
       for_each_edge(receivers, f, [&](const vec3& a, const vec3& b) {
         if (length(a - b) <= 0.05f) return;
         ++edges;
-        failing += edge_error(pilot, {0, 1, 0}, trace(a), trace(b), trace(0.5f * (a + b))) > 0.08;
+        failing += edge_error(pilot, {0, 1, 0}, {a, trace(a)}, {b, trace(b)},
+                              {0.5f * (a + b), trace(0.5f * (a + b))}) > 0.08;
       });
   REQUIRE(edges > 100);
   CHECK(failing * 20 < edges);  // receivers stand a little inside, so some edges are judged elsewhere

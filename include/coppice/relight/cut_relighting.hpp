@@ -2,35 +2,20 @@
 // environment.
 #pragma once
 
-#include <coppice/core/stopwatch.hpp>
 #include <coppice/light/directions.hpp>
 #include <coppice/relight/compiled_kernels.hpp>
-#include <coppice/relight/deferred.hpp>
-#include <coppice/relight/refine.hpp>
+#include <coppice/relight/prepared_view.hpp>
 #include <coppice/tree/build.hpp>
 #include <memory>
 
 namespace coppice {
 
-/// Which sides of triangles have receivers.
-enum class ReceiverScope {
-  seen,
-  all
-};  ///< seen: those the camera sees; all: every front, and backs where double-sided
-
-struct CutRelightingOptions {
-  Raster raster;
-  Shading shading = Shading::metallic_roughness;
+struct CutRelightingOptions : ViewOptions {
   std::uint32_t light_count = 32768;  ///< directions over the sphere; a power of two wastes no leaves
   std::uint64_t seed = 0;             ///< turns the lattice of directions at random; 0 leaves it
   std::vector<VisibilityCutOptions> cuts =
       std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
-  RefineOptions refine;
-  ReceiverScope scope = ReceiverScope::seen;
-  float shortest_edge = 2;  ///< pixels; the tolerance alone does not split shorter edges
-  float longest_edge =
-      32;  ///< pixels; longer edges are always split, so that no shadow hides between receivers
-  std::uint32_t pilot_stride = 16;  ///< every how manieth light judges where to split
+  std::uint32_t pilot_stride = 16;           ///< every how manieth light judges where to split
   LobeOptions lobes;
   bool keep_bits =
       false;  ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
@@ -60,23 +45,17 @@ class CutRelighting {
     directions_ = cells_for(first.map).centroids(first, lattice_);
     build_light_tree();
     report_.tree = watch.lap();
-    const auto hits = trace_camera(tracer, camera, options_.raster, executor);
-    direct_ = direct_image(scene, options_.raster, hits);
-    report_.camera = watch.lap();
-    ReceiverMesh mesh(scene.mesh, receiver_sides(scene, hits));
-    report_.unrefined_receivers = mesh.corners().size();
-    refine(mesh, tracer, camera, executor);
-    receivers_ = corner_receivers(mesh);
-    mark_bumpy_receivers(scene, mesh, receivers_);
-    free_buried_receivers(tracer, pilot(8 * options_.pilot_stride), receivers_, executor);
-    report_.refinement = watch.lap();
-    report_.receivers = receivers_.size();
-    visibility_ = precompute_visibility<Value>(tracer, tree_, *leaf_lights_, receivers_, options_.cuts,
+    view_ = prepare_view(scene, tracer, camera, options_, pilot(options_.pilot_stride),
+                         pilot(8 * options_.pilot_stride), executor);
+    report_.camera = view_.camera_seconds;
+    report_.refinement = view_.refinement_seconds;
+    report_.unrefined_receivers = view_.unrefined_receivers;
+    report_.receivers = view_.receivers.size();
+    watch.lap();
+    visibility_ = precompute_visibility<Value>(tracer, tree_, *leaf_lights_, view_.receivers, options_.cuts,
                                                options_.keep_bits, executor, progress);
     report_.rays = visibility_.rays;
     report_.visibility = watch.lap();
-    buffer_ = make_shading_buffer(scene, mesh, hits, options_.shading, executor);
-    report_.camera += watch.lap();
   }
 
   /// The frame's lights and its illumination cut of at most max_nodes, for the cuts of options.cuts[which].
@@ -96,9 +75,9 @@ class CutRelighting {
   template <Executor E>
   std::vector<vec3> shade(const FrameLighting& frame, const E& executor, std::size_t which,
                           std::span<std::uint32_t> cluster_count, const LobeOptions& lobes) const {
-    std::vector<vec3> radiance(buffer_.points.size());
-    executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      kernels_->shade_faces(buffer_, cuts(which), frame, lobes, begin, end, radiance, cluster_count);
+    std::vector<vec3> radiance(view_.buffer.points.size());
+    executor(view_.buffer.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+      kernels_->shade_faces(view_.buffer, cuts(which), frame, lobes, begin, end, radiance, cluster_count);
     });
     return radiance;
   }
@@ -107,10 +86,10 @@ class CutRelighting {
   template <Skip skip, Executor E>
   std::vector<vec3> shade_by_brute_force(const FrameLighting& frame, const E& executor) const {
     COPPICE_ASSERT(options_.keep_bits);
-    std::vector<vec3> radiance(buffer_.points.size());
+    std::vector<vec3> radiance(view_.buffer.points.size());
     const DenseLights lights(tree_.leaf_count(), frame);
-    executor(buffer_.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
-      kernels_->brute_force(skip, buffer_, visibility_.bits, tree_.leaf_count(), lights, begin, end,
+    executor(view_.buffer.faces.size(), 64, [&](std::size_t begin, std::size_t end) {
+      kernels_->brute_force(skip, view_.buffer, visibility_.bits, tree_.leaf_count(), lights, begin, end,
                             radiance);
     });
     return radiance;
@@ -118,8 +97,9 @@ class CutRelighting {
 
   /// Reflected and emitted radiance as an image.
   Image image(std::span<const vec3> radiance) const {
-    Image result = resolve(buffer_, options_.raster, radiance);
-    for (std::size_t i = 0; i < result.pixels.size(); ++i) result.pixels[i] += direct_.emission.pixels[i];
+    Image result = resolve(view_.buffer, options_.raster, radiance);
+    for (std::size_t i = 0; i < result.pixels.size(); ++i)
+      result.pixels[i] += view_.direct.emission.pixels[i];
     return result;
   }
 
@@ -131,11 +111,11 @@ class CutRelighting {
   const CutRelightingOptions& options() const { return options_; }
   const LightTree& tree() const { return tree_; }
   std::span<const vec3> directions() const { return directions_; }
-  std::span<const Receiver> receivers() const { return receivers_; }
+  std::span<const Receiver> receivers() const { return view_.receivers; }
   const MaskedCuts<Value>& cuts(std::size_t which = 0) const { return visibility_.cuts[which]; }
   std::span<const std::uint64_t> bits() const { return visibility_.bits; }
-  const ShadingBuffer& buffer() const { return buffer_; }
-  const DirectImage& direct() const { return direct_; }
+  const ShadingBuffer& buffer() const { return view_.buffer; }
+  const DirectImage& direct() const { return view_.direct; }
   const PreparationReport& report() const { return report_; }
 
  private:
@@ -153,19 +133,6 @@ class CutRelighting {
     leaf_lights_ = std::make_unique<DirectionPackets>(leaf_directions(tree_, directions_));
   }
 
-  std::vector<SidedTriangle> receiver_sides(const Scene& scene, std::span<const CameraHit> hits) const {
-    std::vector<SidedTriangle> sides = sides_seen(scene.mesh, hits);
-    if (options_.scope == ReceiverScope::seen) return sides;
-    std::vector<std::uint8_t> backs(scene.mesh.triangles.size(), 0);
-    for (const auto& s : sides) backs[s.triangle] |= !s.front;
-    sides.clear();
-    for (std::uint32_t t = 0; t < backs.size(); ++t) {
-      sides.push_back({t, true});
-      if (backs[t] || scene.materials[scene.mesh.materials[t]].double_sided) sides.push_back({t, false});
-    }
-    return sides;
-  }
-
   /// Every so manieth light, in the order of the leaves: even over the sphere.
   DirectionPackets pilot(std::uint32_t stride) const {
     std::vector<vec3> directions;
@@ -175,25 +142,13 @@ class CutRelighting {
     return DirectionPackets(directions);
   }
 
-  template <class Tracer, Executor E>
-  void refine(ReceiverMesh& mesh, const Tracer& tracer, const Camera& camera, const E& executor) {
-    const float pixel = camera.pixel_angle(options_.raster.height);
-    const auto limits = [&](const vec3& p) {
-      const float footprint = pixel * length(p - camera.position);
-      return EdgeLimits{options_.shortest_edge * footprint, options_.longest_edge * footprint};
-    };
-    refine_receivers(mesh, tracer, pilot(options_.pilot_stride), options_.refine, limits, executor);
-  }
-
   const ShadingKernels<Value>* kernels_ = &compiled_kernels<Value>();
   CutRelightingOptions options_;
   std::vector<vec3> lattice_, directions_;  // by light: centres of cells, and where their light comes from
   LightTree tree_;
   std::unique_ptr<DirectionPackets> leaf_lights_;
-  std::vector<Receiver> receivers_;
+  PreparedView view_;
   VisibilityCuts<Value> visibility_;
-  ShadingBuffer buffer_;
-  DirectImage direct_;
   std::optional<EnvironmentCells> cells_;
   glm::ivec2 cells_size_{0};
   PreparationReport report_;

@@ -88,6 +88,7 @@ ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh,
   ShadingBuffer buffer;
   buffer.points.resize(hits.size());
   buffer.pixels.resize(hits.size());
+  buffer.positions.resize(hits.size());
   std::uint32_t last = no_face;
   for (std::uint32_t p = 0; p < order.size(); ++p) {
     const auto& location = where[order[p]];
@@ -104,6 +105,7 @@ ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh,
       buffer.points[p].weight_0 = where[order[p]].weights.x;
       buffer.points[p].weight_1 = where[order[p]].weights.y;
       buffer.pixels[p] = h.pixel;
+      buffer.positions[p] = position_at(scene.mesh, h.hit);
     }
   });
   return buffer;

@@ -54,16 +54,22 @@ struct FineGranule {
   std::uint32_t granule, first, count;
 };
 
-/// The lighting of one frame on a tree.
-struct FrameLighting {
-  std::vector<LightNode> nodes;     ///< by heap id, 2N
-  std::vector<std::uint32_t> ends;  ///< of the illumination cut
+/// The illumination cut of a frame, in the forms in which it is merged.
+struct IlluminationCut {
+  std::vector<std::uint32_t> ends;
   std::vector<std::uint32_t> mask;  ///< bit e - 1: the cut has the end e; (N + 31)/32 words
   std::vector<std::uint32_t>
       granule_mask;  ///< the ends on granules only: bit k for the end (k + 1) · granule
   std::vector<FineGranule> fine_granules;
   std::vector<std::uint32_t> fine_nodes;  ///< heap ids of the cut's nodes that are smaller than a granule
 };
+
+/// The lighting of one frame on a tree.
+template <class Node>
+struct LightingOf : IlluminationCut {
+  std::vector<Node> nodes;  ///< by heap id, 2N
+};
+using FrameLighting = LightingOf<LightNode>;
 
 /// The ends of a cut as a bitmask over granules; ends inside a granule are left out.
 inline std::vector<std::uint32_t> mask_of_ends(std::uint32_t leaf_count, std::span<const std::uint32_t> ends,
@@ -78,7 +84,7 @@ inline std::vector<std::uint32_t> mask_of_ends(std::uint32_t leaf_count, std::sp
 }
 
 /// Sets the illumination cut of a frame.
-inline void set_illumination_cut(FrameLighting& frame, std::uint32_t leaf_count,
+inline void set_illumination_cut(IlluminationCut& frame, std::uint32_t leaf_count,
                                  std::vector<std::uint32_t> ends, std::uint32_t granule_log2) {
   frame.ends = std::move(ends);
   frame.mask = mask_of_ends(leaf_count, frame.ends, 0);

@@ -58,7 +58,7 @@ class MergedPieces {
  public:
   /// The union of the ends of three visibility cuts and of the illumination cut (Cuts section 3.2, on ends).
   /// A piece's value in a cut is that of rank: the number of the cut's ends before it.
-  void merge(const MaskedCuts<Value>& cuts, const uvec3& receivers, const FrameLighting& frame) {
+  void merge(const MaskedCuts<Value>& cuts, const uvec3& receivers, const IlluminationCut& frame) {
     reserve(cuts.piece_count(receivers.x) + cuts.piece_count(receivers.y) + cuts.piece_count(receivers.z) +
             frame.ends.size());
     const MaskedCutView<Value> a = cuts[receivers.x], b = cuts[receivers.y], c = cuts[receivers.z];

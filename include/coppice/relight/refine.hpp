@@ -20,12 +20,18 @@ struct EdgeLimits {
   float longest = std::numeric_limits<float>::infinity();
 };
 
+/// What one point sees of the pilot lights.
+struct PilotView {
+  vec3 position;
+  std::span<const std::uint64_t> seen;  ///< a bit a light
+};
+
 /// Error of irradiance at the middle of an edge if visibility is interpolated there, under a random light:
 /// mean of |V_m - (V_a + V_b)/2| over the pilot lights, weighted by their cosine to the middle's shading
-/// normal. In [0, 1]. Where a
-/// and b disagree interpolation is off by 1/2 whatever lies between; halving the edge halves that share.
-inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std::span<const std::uint64_t> a,
-                         std::span<const std::uint64_t> b, std::span<const std::uint64_t> middle) {
+/// normal. In [0, 1]. Where a and b disagree interpolation is off by 1/2 whatever lies between; halving the
+/// edge halves that share.
+inline double edge_error(const DirectionPackets& pilot, const vec3& normal, const PilotView& a,
+                         const PilotView& b, const PilotView& middle) {
   double error = 0;
   const auto add = [&](std::size_t word, std::uint64_t bits, double weight) {
     for (; bits != 0; bits &= bits - 1) {
@@ -33,10 +39,10 @@ inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std:
       error += weight * std::max(0.0f, dot(normal, pilot.direction(light)));
     }
   };
-  for (std::size_t w = 0; w < a.size(); ++w) {
-    const std::uint64_t differ = a[w] ^ b[w];
+  for (std::size_t w = 0; w < a.seen.size(); ++w) {
+    const std::uint64_t differ = a.seen[w] ^ b.seen[w];
     add(w, differ, 0.5);
-    add(w, ~differ & (a[w] ^ middle[w]), 1.0);
+    add(w, ~differ & (a.seen[w] ^ middle.seen[w]), 1.0);
   }
   return error / (0.25 * pilot.count());  // the mean of max(0, cos) over the sphere is 1/4
 }
@@ -44,10 +50,10 @@ inline double edge_error(const DirectionPackets& pilot, const vec3& normal, std:
 namespace detail {
 
 /// The rounds of refine_receivers. Visibility is sampled by few pilot lights, kept a row a corner.
-template <Occluder O, Executor E, class Limits>
+template <Occluder O, LightPackets L, Executor E, class Limits>
 class Refiner {
  public:
-  Refiner(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot, const RefineOptions& options,
+  Refiner(ReceiverMesh& mesh, const O& occluder, const L& pilot, const RefineOptions& options,
           const Limits& limits, const E& executor)
       : mesh_(mesh),
         occluder_(occluder),
@@ -74,8 +80,8 @@ class Refiner {
     return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
   }
   std::size_t row_words() const { return words_for_bits(pilot_.count()); }
-  std::span<const std::uint64_t> row(std::uint32_t corner) const {
-    return {rows_.data() + corner * row_words(), row_words()};
+  PilotView view(std::uint32_t corner) const {
+    return {mesh_.corners()[corner].position, {rows_.data() + corner * row_words(), row_words()}};
   }
   vec3 middle(const Edge& e) const {
     return 0.5f * (mesh_.corners()[e.a].position + mesh_.corners()[e.b].position);
@@ -141,7 +147,8 @@ class Refiner {
       middles.back().horizon = -1;
     }
     trace(middles, [&](std::size_t i, std::span<const std::uint64_t> bits) {
-      edges[i].error = edge_error(pilot_, middle_normal(edges[i]), row(edges[i].a), row(edges[i].b), bits);
+      edges[i].error = edge_error(pilot_, middle_normal(edges[i]), view(edges[i].a), view(edges[i].b),
+                                  PilotView{middle(edges[i]), bits});
     });
   }
 
@@ -242,7 +249,7 @@ class Refiner {
 
   ReceiverMesh& mesh_;
   const O& occluder_;
-  const DirectionPackets& pilot_;
+  const L& pilot_;
   RefineOptions options_;
   const Limits& limits_;
   const E& executor_;
@@ -256,11 +263,11 @@ class Refiner {
 /// receivers is spent. Faces that share an edge are split at the same corner, so interpolation stays
 /// continuous. Visibility is judged by the pilot lights, a few of all: 2,048 tell a share of 2% to a fifth of
 /// it. Deterministic.
-template <Occluder O, Executor E, class Limits>
-void refine_receivers(ReceiverMesh& mesh, const O& occluder, const DirectionPackets& pilot,
-                      const RefineOptions& options, const Limits& limits, const E& executor) {
+template <Occluder O, LightPackets L, Executor E, class Limits>
+void refine_receivers(ReceiverMesh& mesh, const O& occluder, const L& pilot, const RefineOptions& options,
+                      const Limits& limits, const E& executor) {
   if (mesh.faces().empty() || pilot.count() == 0) return;
-  detail::Refiner<O, E, Limits>(mesh, occluder, pilot, options, limits, executor).run();
+  detail::Refiner<O, L, E, Limits>(mesh, occluder, pilot, options, limits, executor).run();
 }
 
 }  // namespace coppice

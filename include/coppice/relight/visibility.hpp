@@ -33,14 +33,15 @@ class DirectionPackets {
   std::uint32_t packet_count() const { return (count_ + 15) / 16; }
   vec3 direction(std::uint32_t i) const { return {axes_[0][i], axes_[1][i], axes_[2][i]}; }
 
-  void load(std::uint32_t packet, ShadowPacket& rays) const {
+  /// Directions of the rays of a packet; t_max stays infinite.
+  void aim(std::uint32_t packet, const vec3&, ShadowPacket& rays) const {
     std::copy_n(axes_[0].data() + 16 * packet, 16, rays.direction_x);
     std::copy_n(axes_[1].data() + 16 * packet, 16, rays.direction_y);
     std::copy_n(axes_[2].data() + 16 * packet, 16, rays.direction_z);
   }
 
   /// Lanes of a packet that lie above a receiver's horizon: the rays that must be traced.
-  std::uint32_t above_horizon(std::uint32_t packet, const Receiver& receiver) const {
+  std::uint32_t worth_tracing(std::uint32_t packet, const Receiver& receiver) const {
     const float *x = axes_[0].data() + 16 * packet, *y = axes_[1].data() + 16 * packet,
                 *z = axes_[2].data() + 16 * packet;
     std::uint32_t lanes = 0;
@@ -56,6 +57,19 @@ class DirectionPackets {
   std::uint32_t count_;
   std::array<std::vector<float>, 3> axes_;
 };
+
+/// Lights in packets of 16 that shadow rays can be aimed at. `aim` sets directions and, where lights are
+/// near, t_max of rays whose origins and infinite t_max are set; `worth_tracing` gives the lanes of which a
+/// receiver can receive any light.
+template <class L>
+concept LightPackets = requires(const L& lights, std::uint32_t packet, vec3 origin, ShadowPacket& rays,
+                                const Receiver& receiver) {
+  { lights.count() } -> std::same_as<std::uint32_t>;
+  { lights.packet_count() } -> std::same_as<std::uint32_t>;
+  lights.aim(packet, origin, rays);
+  { lights.worth_tracing(packet, receiver) } -> std::same_as<std::uint32_t>;
+};
+static_assert(LightPackets<DirectionPackets>);
 
 /// Directions of distant lights at the leaves, zero for padding.
 inline std::vector<vec3> leaf_directions(const LightTree& tree, std::span<const vec3> directions) {
@@ -78,17 +92,17 @@ inline ShadowPacket packet_from(const vec3& origin) {
 /// Writes the visibility of every direction from a receiver into `bits` (words_for_bits(count) words). Shadow
 /// rays go out in packets of 16 neighbours; those below the receiver's horizon are not traced. Returns the
 /// rays traced.
-template <Occluder O>
-std::size_t trace_visibility(const O& occluder, const DirectionPackets& lights, const Receiver& receiver,
+template <Occluder O, LightPackets L>
+std::size_t trace_visibility(const O& occluder, const L& lights, const Receiver& receiver,
                              std::span<std::uint64_t> bits) {
   COPPICE_ASSERT(bits.size() >= words_for_bits(lights.count()));
   std::ranges::fill(bits, std::uint64_t{0});
   ShadowPacket rays = packet_from(receiver.position);
   std::size_t traced = 0;
   for (std::uint32_t p = 0; p < lights.packet_count(); ++p) {
-    const std::uint32_t lanes = lights.above_horizon(p, receiver);
+    const std::uint32_t lanes = lights.worth_tracing(p, receiver);
     if (lanes == 0) continue;
-    lights.load(p, rays);
+    lights.aim(p, receiver.position, rays);
     const std::uint64_t visible = lanes & ~occluder.occluded(rays, lanes);
     bits[p / 4] |= visible << (16 * (p % 4));
     traced += std::size_t(std::popcount(lanes));

@@ -20,10 +20,9 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 /// copy of `consume`, which may keep scratch. Returns the rays traced.
 inline constexpr std::size_t visibility_block = 2048;
 
-template <Occluder O, Executor E, class Consume, class EndOfBlock>
-std::size_t for_each_visibility(const O& occluder, const DirectionPackets& lights,
-                                std::span<const Receiver> receivers, const E& executor,
-                                const Consume& consume, EndOfBlock&& end_of_block) {
+template <Occluder O, LightPackets L, Executor E, class Consume, class EndOfBlock>
+std::size_t for_each_visibility(const O& occluder, const L& lights, std::span<const Receiver> receivers,
+                                const E& executor, const Consume& consume, EndOfBlock&& end_of_block) {
   std::vector<std::size_t> traced(receivers.size());
   for (std::size_t first = 0; first < receivers.size(); first += visibility_block) {
     const std::size_t count = std::min(visibility_block, receivers.size() - first);
@@ -43,8 +42,8 @@ std::size_t for_each_visibility(const O& occluder, const DirectionPackets& light
 /// Moves receivers that see nothing towards the middle of their faces, where something may be seen: a corner
 /// that lies inside another object would darken faces that are half outside. Those that are dark there too
 /// stay. `pilot`: few of the lights will do.
-template <Occluder O, Executor E>
-void free_buried_receivers(const O& occluder, const DirectionPackets& pilot, std::span<Receiver> receivers,
+template <Occluder O, LightPackets L, Executor E>
+void free_buried_receivers(const O& occluder, const L& pilot, std::span<Receiver> receivers,
                            const E& executor) {
   executor(receivers.size(), 64, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint64_t> bits(words_for_bits(pilot.count()));

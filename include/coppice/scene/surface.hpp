@@ -23,6 +23,12 @@ inline bool seen_from_front(const Mesh& mesh, const Hit& hit) {
   return (dot(geometric, mesh.normals[t.x] + mesh.normals[t.y] + mesh.normals[t.z]) >= 0) == hit.front;
 }
 
+inline vec3 position_at(const Mesh& mesh, const Hit& hit) {
+  const uvec3 t = mesh.triangles[hit.triangle];
+  return (1 - hit.u - hit.v) * mesh.positions[t.x] + hit.u * mesh.positions[t.y] +
+         hit.v * mesh.positions[t.z];
+}
+
 inline Surface surface_at(const Mesh& mesh, const Hit& hit) {
   const uvec3 t = mesh.triangles[hit.triangle];
   const float w = 1 - hit.u - hit.v;

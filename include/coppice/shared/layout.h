@@ -16,15 +16,19 @@ struct LightNode {
 
 /// What the lights of the scene put into one node of their tree; an array by heap id. Positions are
 /// homogeneous: a light is at position / w, or, where w = 0, infinitely far away in the direction of its
-/// position. The vector to it, position - w · x, is linear in both, so that the means of many lights give
-/// their mean vector. Towards the unit direction d that leaves it, a light shines as much as s·(1 - square +
-/// square·s) with s = clamp(dot(axis, d) + offset, 0, 1), and of that intensity / (distance² + softening)
-/// arrives. All means are weighted by luminance.
+/// position. The vector to it, position - w · x, is linear in both, so that their means give its mean. All
+/// means are weighted by luminance.
 struct LocalLightNode {
-  vec3 power;       ///< Σ intensity, linear RGB
-  float variance;   ///< mean squared distance of the lights' positions from their mean
-  vec3 position;    ///< mean
-  float w;          ///< mean: 1 near, 0 far
+  vec3 power;      ///< Σ intensity, linear RGB
+  float variance;  ///< mean squared distance of the lights' positions from their mean
+  vec3 position;   ///< mean
+  float w;         ///< mean: 1 near, 0 far
+};
+
+/// How a node of local lights shines; an array beside that of the nodes. Towards the unit direction d that
+/// leaves it a light shines with the share s·(1 - square + square·s) of its intensity, s = clamp(dot(axis, d)
+/// + offset, 0, 1), and of that 1 / (distance² + softening) arrives across the direction.
+struct LocalEmission {
   vec3 axis;        ///< mean
   float offset;     ///< mean
   float square;     ///< mean
@@ -71,8 +75,8 @@ COPPICE_END
 namespace coppice {
 static_assert(sizeof(ReceiverHorizon) == 16 && offsetof(ReceiverHorizon, cosine) == 12);
 static_assert(sizeof(LightNode) == 32 && offsetof(LightNode, direction) == 16);
-static_assert(sizeof(LocalLightNode) == 64 && offsetof(LocalLightNode, position) == 16 &&
-              offsetof(LocalLightNode, square) == 48);
+static_assert(sizeof(LocalLightNode) == 32 && offsetof(LocalLightNode, position) == 16);
+static_assert(sizeof(LocalEmission) == 32 && offsetof(LocalEmission, square) == 16);
 static_assert(sizeof(ShadingPoint) == 96 && offsetof(ShadingPoint, to_viewer) == 32 &&
               offsetof(ShadingPoint, fresnel) == 80);
 static_assert(sizeof(ShadingFace) == 16 && offsetof(ShadingFace, first_point) == 12);
