@@ -14,7 +14,8 @@
 namespace coppice::inline HWY_NAMESPACE {
 
 /// Clusters of one face as structure of arrays, padded with dark clusters to a multiple of Lanes::width.
-/// Visibility is in units of quantised_one.
+/// Visibility is in units of quantised_one. Those of lights in the scene have their position in place of the
+/// direction, and w and variance in place of the LightSpread (LocalLights).
 class ClusterList {
  public:
   enum Field {

@@ -10,7 +10,7 @@ namespace coppice::inline HWY_NAMESPACE {
 template <Quantised Value>
 const ShadingKernels<Value>& compiled_kernels() {
   static const ShadingKernels<Value> kernels{
-      hwy::TargetName(HWY_TARGET), Lanes::width, &shade_faces<Value>,
+      hwy::TargetName(HWY_TARGET), Lanes::width, &shade_faces<Value>, &shade_faces<LocalLights, Value>,
       [](Skip skip, const ShadingBuffer& buffer, std::span<const std::uint64_t> bits,
          std::uint32_t leaf_count, const DenseLights& lights, std::size_t begin, std::size_t end,
          std::span<vec3> radiance) {

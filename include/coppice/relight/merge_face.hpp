@@ -4,8 +4,8 @@
 #include <coppice/core/simd.hpp>
 //
 #include <coppice/relight/clusters.hpp>
+#include <coppice/relight/light_kinds.hpp>
 #include <coppice/relight/merged_pieces.hpp>
-#include <coppice/relight/node_lanes.hpp>
 
 namespace coppice::inline HWY_NAMESPACE {
 
@@ -51,11 +51,14 @@ inline Lanes above(const ReceiverHorizon& horizon, Lanes x, Lanes y, Lanes z, La
 }  // namespace merging
 
 /// Merges the visibility cuts of faces with the illumination cut of a frame. Keeps its scratch between faces.
-template <Quantised Value>
+template <Quantised Value, class Lights = DistantLights>
 class FaceMerger {
  public:
+  /// Visibility comes in units of quantised_one, or where `scales` has one a receiver, multiplied by that.
   /// Precondition: cuts and frame are of one tree and granule.
-  FaceMerger(const MaskedCuts<Value>& cuts, const FrameLighting& frame) : cuts_(cuts), frame_(frame) {}
+  FaceMerger(const MaskedCuts<Value>& cuts, const LightingOf<typename Lights::Node>& frame,
+             std::span<const float> scales = {})
+      : cuts_(cuts), frame_(frame), scales_(scales) {}
 
   /// The clusters that are lit and that at least one receiver sees; they serve every point of the face. Those
   /// that nobody sees leave before their nodes are read.
@@ -69,7 +72,8 @@ class FaceMerger {
     for (std::size_t i = 0; i < seen_.size(); ++i) found_[i] = frame_.nodes[seen_.nodes()[i]];
     const ReceiverHorizon horizons[3] = {cuts_[receivers.x].horizon, cuts_[receivers.y].horizon,
                                          cuts_[receivers.z].horizon};
-    for (std::size_t i = 0; i < seen_.size(); i += Lanes::width) keep_lit(i, horizons, clusters);
+    const Lanes scales[3] = {scale_of(receivers.x), scale_of(receivers.y), scale_of(receivers.z)};
+    for (std::size_t i = 0; i < seen_.size(); i += Lanes::width) keep_lit(i, horizons, scales, clusters);
     clusters.pad();
   }
 
@@ -101,18 +105,29 @@ class FaceMerger {
     seen_.grow(merging::count(seen));
   }
 
+  Lanes scale_of(std::uint32_t receiver) const { return scales_.empty() ? 1.0f : scales_[receiver]; }
+
+  /// What a receiver sees of a register of clusters.
+  static HWY_INLINE Lanes visible_from(const ReceiverHorizon& horizon, Lanes scale, const NodeLanes& n,
+                                       Lanes visible) {
+    if constexpr (std::is_same_v<Lights, DistantLights>)
+      return merging::above(horizon, n.x, n.y, n.z, visible);
+    else
+      return scale * visible;
+  }
+
   /// Of these, the ones that have power and lie above the horizon of a receiver that sees them.
-  void keep_lit(std::size_t i, const ReceiverHorizon* horizons, ClusterList& clusters) {
+  void keep_lit(std::size_t i, const ReceiverHorizon* horizons, const Lanes* scales, ClusterList& clusters) {
     const std::size_t valid = std::min(Lanes::width, seen_.size() - i);
     const NodeLanes n = load_nodes(found_.data() + i);
     Lanes visible[3];
     for (int j = 0; j < 3; ++j) {
       const auto field = ClusterList::Field(ClusterList::visible_0 + j);
-      visible[j] = merging::above(horizons[j], n.x, n.y, n.z, Lanes::load(seen_.field(field) + i));
+      visible[j] = visible_from(horizons[j], scales[j], n, Lanes::load(seen_.field(field) + i));
     }
     const LaneMask kept = (n.red + n.green + n.blue != 0.0f) & (visible[0] + visible[1] + visible[2] > 0.0f) &
                           first_lanes(valid);
-    const auto spread = light_spread(n.spread);
+    const auto spread = Lights::kept(n);
     const Lanes values[ClusterList::field_count] = {
         n.x,        n.y,        n.z,       n.red, n.green, n.blue, spread.mean_length, spread.widening,
         visible[0], visible[1], visible[2]};
@@ -127,10 +142,11 @@ class FaceMerger {
   }
 
   const MaskedCuts<Value>& cuts_;
-  const FrameLighting& frame_;
+  const LightingOf<typename Lights::Node>& frame_;
+  std::span<const float> scales_;
   MergedPieces<Value> pieces_;
-  ClusterList seen_;              // of which only nodes and visibility are used
-  std::vector<LightNode> found_;  // the nodes of seen_, side by side: read without a gather
+  ClusterList seen_;                          // of which only nodes and visibility are used
+  std::vector<typename Lights::Node> found_;  // the nodes of seen_, side by side: read without a gather
 };
 
 }  // namespace coppice::inline HWY_NAMESPACE

@@ -14,17 +14,18 @@ namespace coppice::inline HWY_NAMESPACE {
 /// Nodes, with their heap ids and their visibility in [0, 1] at the point, in the order in which they were
 /// pushed. The nodes are copied: siblings lie side by side in the tree, and so they do here, where a register
 /// of them is read without a gather. A whole register can be read from any element on.
+template <class Node>
 class NodeQueue {
  public:
   void clear() { size_ = 0; }
   std::size_t size() const { return size_; }
-  const LightNode* nodes() const { return nodes_.data(); }
+  const Node* nodes() const { return nodes_.data(); }
   std::uint32_t id(std::size_t i) const { return ids_[i]; }
   const float* visibility() const { return visibility_.data(); }
 
   /// The nodes first … first + count - 1, all with one visibility.
   template <std::uint32_t count>
-  HWY_INLINE void push(const LightNode* tree, std::uint32_t first, float visibility) {
+  HWY_INLINE void push(const Node* tree, std::uint32_t first, float visibility) {
     if (size_ + count + Lanes::width > ids_.size()) grow();
     for (std::uint32_t k = 0; k < count; ++k) {
       nodes_[size_ + k] = tree[first + k];
@@ -37,10 +38,10 @@ class NodeQueue {
  private:
   HWY_NOINLINE void grow() {
     const std::size_t size = 2 * ids_.size() + 64 * Lanes::width;
-    ids_.resize(size), visibility_.resize(size), nodes_.resize(size, LightNode{});
+    ids_.resize(size), visibility_.resize(size), nodes_.resize(size, Node{});
   }
 
-  std::vector<LightNode> nodes_;
+  std::vector<Node> nodes_;
   std::vector<std::uint32_t> ids_;
   std::vector<float> visibility_;
   std::size_t size_ = 0;
@@ -52,9 +53,10 @@ struct EvaluatedLanes {
 };
 
 /// What PointShader::refined keeps from one point to the next: memory.
-class RefinementScratch {
+template <class Node>
+class RefinementScratchOf {
  public:
-  NodeQueue queue;
+  NodeQueue<Node> queue;
 
   /// Room for the clusters of a face; the queue is empty.
   void reset(std::size_t padded_size) {
@@ -80,5 +82,6 @@ class RefinementScratch {
  private:
   std::vector<float> evaluated_;  // registers of five fields
 };
+using RefinementScratch = RefinementScratchOf<LightNode>;
 
 }  // namespace coppice::inline HWY_NAMESPACE

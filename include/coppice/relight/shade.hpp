@@ -9,8 +9,8 @@
 #include <bit>
 #include <coppice/brdf/with_brdf.hpp>
 #include <coppice/relight/clusters.hpp>
+#include <coppice/relight/light_kinds.hpp>
 #include <coppice/relight/lobes.hpp>
-#include <coppice/relight/node_lanes.hpp>
 #include <coppice/relight/node_queue.hpp>
 #include <span>
 #include <vector>
@@ -60,13 +60,16 @@ struct ShadedPoint {
 };
 
 /// One point on its way through the clusters of its face, with its BRDF as a type.
-template <Brdf B>
+template <Brdf B, class Lights>
 class PointShader {
  public:
+  using Node = typename Lights::Node;
+
   /// `scale` turns the clusters' units of visibility into [0, 1].
-  PointShader(const ShadingPoint& point, const B& brdf, float scale)
+  PointShader(const ShadingPoint& point, const B& brdf, float scale, const Lights& lights)
       : point_(point),
         brdf_(brdf),
+        lights_(lights),
         frame_(point),
         weights_{Lanes(point.weight_0 * scale), Lanes(point.weight_1 * scale),
                  Lanes((1 - point.weight_0 - point.weight_1) * scale)},
@@ -74,7 +77,7 @@ class PointShader {
 
   /// Cuts Eq. 5: the BRDF at each cluster's mean direction.
   vec3 sampled(const ClusterList& clusters) {
-    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
+    for_each_register(clusters, [&](std::size_t i, const Incoming& d, const Light& light) {
       sums_.template add<B::terms>(brdf_(d.x, d.y, d.z), visibility(clusters, i), light.red, light.green,
                                    light.blue);
     });
@@ -83,17 +86,17 @@ class PointShader {
 
   /// The BRDF's mean over each cluster.
   vec3 filtered(const ClusterList& clusters) {
-    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
-      sums_.template add<B::terms>(brdf_.filtered(d.x, d.y, d.z, spread(clusters, i)),
-                                   visibility(clusters, i), light.red, light.green, light.blue);
+    for_each_register(clusters, [&](std::size_t i, const Incoming& d, const Light& light) {
+      sums_.template add<B::terms>(brdf_.filtered(d.x, d.y, d.z, d.spread), visibility(clusters, i),
+                                   light.red, light.green, light.blue);
     });
     return sums_.colour(point_);
   }
 
   /// The same, and each cluster over which the lobe changes by more than a share of the whole is replaced by
   /// its descendants. `tree` are the nodes of the frame, by heap id.
-  HWY_INLINE ShadedPoint refined(const ClusterList& clusters, std::span<const LightNode> tree,
-                                 float tolerance, RefinementScratch& scratch) {
+  HWY_INLINE ShadedPoint refined(const ClusterList& clusters, std::span<const Node> tree, float tolerance,
+                                 RefinementScratchOf<Node>& scratch) {
     scratch.reset(clusters.padded_size());
     const float limit = tolerance * estimate(clusters, scratch);
     sum_fine(clusters, tree, limit, scratch);
@@ -102,9 +105,6 @@ class PointShader {
   }
 
  private:
-  struct Local {
-    Lanes x, y, z;
-  };
   struct Light {
     Lanes red, green, blue;
   };
@@ -113,13 +113,18 @@ class PointShader {
   HWY_INLINE void for_each_register(const ClusterList& clusters, Visit&& visit) {
     const auto load = [&](ClusterList::Field f, std::size_t i) { return Lanes::load(clusters.field(f) + i); };
     for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width)
-      visit(i, local(load(ClusterList::x, i), load(ClusterList::y, i), load(ClusterList::z, i)),
+      visit(i,
+            incoming(load(ClusterList::x, i), load(ClusterList::y, i), load(ClusterList::z, i),
+                     load(ClusterList::mean_length, i), load(ClusterList::widening, i)),
             Light{load(ClusterList::red, i), load(ClusterList::green, i), load(ClusterList::blue, i)});
   }
 
-  HWY_INLINE Local local(Lanes x, Lanes y, Lanes z) const {
-    return {LocalFrame::along(frame_.tangent, x, y, z), LocalFrame::along(frame_.bitangent, x, y, z),
-            LocalFrame::along(frame_.normal, x, y, z)};
+  /// Directions in the point's frame. The last two are what Lights keeps of a cluster.
+  HWY_INLINE Incoming incoming(Lanes x, Lanes y, Lanes z, Lanes first, Lanes second) const {
+    const Incoming world = lights_.incoming(x, y, z, first, second);
+    return {LocalFrame::along(frame_.tangent, world.x, world.y, world.z),
+            LocalFrame::along(frame_.bitangent, world.x, world.y, world.z),
+            LocalFrame::along(frame_.normal, world.x, world.y, world.z), world.spread};
   }
 
   HWY_INLINE Lanes visibility(const ClusterList& clusters, std::size_t i) const {
@@ -127,11 +132,6 @@ class PointShader {
     return mul_add(
         weights_[0], load(ClusterList::visible_0),
         mul_add(weights_[1], load(ClusterList::visible_1), weights_[2] * load(ClusterList::visible_2)));
-  }
-
-  static HWY_INLINE LightSpread<Lanes> spread(const ClusterList& clusters, std::size_t i) {
-    return {Lanes::load(clusters.field(ClusterList::mean_length) + i),
-            Lanes::load(clusters.field(ClusterList::widening) + i)};
   }
 
   /// What a cluster adds to the point's luminance, and how much of that depends on which of its lights it
@@ -147,10 +147,10 @@ class PointShader {
   }
 
   /// Evaluates the clusters of the face into the scratch. Returns the luminance of their sum.
-  HWY_INLINE float estimate(const ClusterList& clusters, RefinementScratch& scratch) {
+  HWY_INLINE float estimate(const ClusterList& clusters, RefinementScratchOf<Node>& scratch) {
     Lanes total = 0.0f;
-    for_each_register(clusters, [&](std::size_t i, const Local& d, const Light& light) {
-      const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, spread(clusters, i));
+    for_each_register(clusters, [&](std::size_t i, const Incoming& d, const Light& light) {
+      const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, d.spread);
       const Lanes visible = visibility(clusters, i);
       const Estimate e = estimate(t, light, visible);
       total += e.luminance;
@@ -160,8 +160,8 @@ class PointShader {
   }
 
   /// Sums the clusters whose error is within the limit, and queues what is below the others.
-  HWY_INLINE void sum_fine(const ClusterList& clusters, std::span<const LightNode> tree, float limit,
-                           RefinementScratch& scratch) {
+  HWY_INLINE void sum_fine(const ClusterList& clusters, std::span<const Node> tree, float limit,
+                           RefinementScratchOf<Node>& scratch) {
     const auto load = [&](ClusterList::Field f, std::size_t i) { return Lanes::load(clusters.field(f) + i); };
     for (std::size_t i = 0; i < clusters.padded_size(); i += Lanes::width) {
       const EvaluatedLanes e = scratch.load(i);
@@ -177,21 +177,22 @@ class PointShader {
 
   /// Queues the grandchildren of a node, or its children where it has no others: of the two steps down, the
   /// first is seldom enough, and four nodes side by side cost little more than two.
-  static HWY_INLINE void split(std::span<const LightNode> tree, std::uint32_t node, float visible,
-                               NodeQueue& queue) {
-    if (node < tree.size() / 4) return queue.push<4>(tree.data(), 4 * node, visible);
-    queue.push<2>(tree.data(), 2 * node, visible);
+  static HWY_INLINE void split(std::span<const Node> tree, std::uint32_t node, float visible,
+                               NodeQueue<Node>& queue) {
+    if (node < tree.size() / 4) return queue.template push<4>(tree.data(), 4 * node, visible);
+    queue.template push<2>(tree.data(), 2 * node, visible);
   }
 
   /// A register of the queue from element i on: sums what is fine enough, queues what is below the rest.
   /// Returns how many elements it took.
-  HWY_INLINE std::size_t evaluate(std::span<const LightNode> tree, float limit, std::size_t i,
-                                  NodeQueue& queue) {
+  HWY_INLINE std::size_t evaluate(std::span<const Node> tree, float limit, std::size_t i,
+                                  NodeQueue<Node>& queue) {
     const std::size_t count = std::min(Lanes::width, queue.size() - i);
     const NodeLanes n = load_nodes(queue.nodes() + i);
     const Light light{n.red, n.green, n.blue};
-    const Local d = local(n.x, n.y, n.z);
-    const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, light_spread(n.spread));
+    const LightSpread<Lanes> kept = Lights::kept(n);
+    const Incoming d = incoming(n.x, n.y, n.z, kept.mean_length, kept.widening);
+    const FilteredTerms<Lanes> t = brdf_.filtered(d.x, d.y, d.z, d.spread);
     const Lanes visible = select(first_lanes(count), Lanes::load(queue.visibility() + i), 0.0f);
     const LaneMask is_coarse = estimate(t, light, visible).error > limit;
     sums_.template add<B::terms>(t, select(is_coarse, 0.0f, visible), light.red, light.green, light.blue);
@@ -204,6 +205,7 @@ class PointShader {
 
   const ShadingPoint& point_;
   B brdf_;  // a copy: what is in it stays in registers, whatever the loops write
+  Lights lights_;
   LocalFrame frame_;
   Lanes weights_[3];
   Lanes luminance_[3];  // of the coefficients of the terms
@@ -213,18 +215,26 @@ class PointShader {
 /// Radiance of one point from the clusters of its face; the visibility is the barycentric mean of the three
 /// receivers'. `scale` turns the clusters' units of visibility into [0, 1]. `tree`, by heap id, is that of
 /// which the clusters were merged: refinement descends in them.
-inline ShadedPoint shade_point(const ShadingPoint& point, const ClusterList& clusters, float scale,
-                               const LobeOptions& options, std::span<const LightNode> tree,
-                               RefinementScratch& scratch) {
+template <class Lights>
+ShadedPoint shade_point(const ShadingPoint& point, const ClusterList& clusters, float scale,
+                        const LobeOptions& options, std::span<const typename Lights::Node> tree,
+                        RefinementScratchOf<typename Lights::Node>& scratch, const Lights& lights) {
   return with_brdf(point, [&](const auto& brdf) {
     using B = std::decay_t<decltype(brdf)>;
-    PointShader<B> shader(point, brdf, scale);
+    PointShader<B, Lights> shader(point, brdf, scale, lights);
     const auto count = std::uint32_t(clusters.size());
     if (options.lobes == Lobes::sampled) return ShadedPoint{shader.sampled(clusters), count};
     if (options.lobes == Lobes::filtered || B::terms == 1)
       return ShadedPoint{shader.filtered(clusters), count};
     return shader.refined(clusters, tree, options.tolerance, scratch);
   });
+}
+
+/// The same for distant lights.
+inline ShadedPoint shade_point(const ShadingPoint& point, const ClusterList& clusters, float scale,
+                               const LobeOptions& options, std::span<const LightNode> tree,
+                               RefinementScratch& scratch) {
+  return shade_point(point, clusters, scale, options, tree, scratch, DistantLights(vec3(0)));
 }
 
 }  // namespace coppice::inline HWY_NAMESPACE

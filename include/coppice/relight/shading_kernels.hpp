@@ -18,6 +18,10 @@ struct ShadingKernels {
   void (*shade_faces)(const ShadingBuffer&, const MaskedCuts<Value>&, const FrameLighting&,
                       const LobeOptions&, std::size_t begin, std::size_t end, std::span<vec3> radiance,
                       std::span<std::uint32_t> cluster_count);
+  void (*shade_faces_locally)(const ShadingBuffer&, const MaskedCuts<Value>&, std::span<const float> scales,
+                              const LightingOf<LocalLightNode>&, const LobeOptions&, std::size_t begin,
+                              std::size_t end, std::span<vec3> radiance,
+                              std::span<std::uint32_t> cluster_count);  ///< by lights in the scene
   void (*brute_force)(Skip, const ShadingBuffer&, std::span<const std::uint64_t> bits,
                       std::uint32_t leaf_count, const DenseLights&, std::size_t begin, std::size_t end,
                       std::span<vec3> radiance);
