@@ -50,6 +50,15 @@ class ClusterList {
     nodes_[size_++] = heap_id;
   }
 
+  /// One light of the scene, of which `arriving` reaches every receiver.
+  void push(std::uint32_t heap_id, const LocalLightNode& light, float arriving) {
+    const float values[field_count] = {light.position.x, light.position.y, light.position.z, light.power.x,
+                                       light.power.y,    light.power.z,    light.w,          light.variance,
+                                       arriving,         arriving,         arriving};
+    for (std::size_t f = 0; f < field_count; ++f) data_[f * stride_ + size_] = values[f];
+    nodes_[size_++] = heap_id;
+  }
+
   /// The same where only node and visibility are wanted.
   void push(std::uint32_t heap_id, const std::array<float, 3>& visible) {
     for (std::size_t j = 0; j < 3; ++j) data_[(visible_0 + j) * stride_ + size_] = visible[j];

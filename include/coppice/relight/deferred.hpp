@@ -72,6 +72,16 @@ inline std::vector<SidedTriangle> sides_seen(const Mesh& mesh, std::span<const C
   return sides;
 }
 
+/// Where shadow rays from a hit begin: above the triangle on the viewer's side, by what float positions do
+/// not resolve.
+inline vec3 ray_origin(const Mesh& mesh, const CameraHit& h) {
+  const uvec3 t = mesh.triangles[h.hit.triangle];
+  const vec3 p = position_at(mesh, h.hit), a = mesh.positions[t.x];
+  const vec3 n = normalize_or(cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a), h.to_viewer);
+  const float size = std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z), h.hit.t});
+  return p + (dot(n, h.to_viewer) < 0 ? -1e-5f : 1e-5f) * size * n;
+}
+
 /// The shading buffer of the hits: points sorted by face, then pixel, and only faces that have points.
 template <Executor E>
 ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh,
@@ -105,7 +115,7 @@ ShadingBuffer make_shading_buffer(const Scene& scene, const ReceiverMesh& mesh,
       buffer.points[p].weight_0 = where[order[p]].weights.x;
       buffer.points[p].weight_1 = where[order[p]].weights.y;
       buffer.pixels[p] = h.pixel;
-      buffer.positions[p] = position_at(scene.mesh, h.hit);
+      buffer.positions[p] = ray_origin(scene.mesh, h);
     }
   });
   return buffer;

@@ -13,7 +13,7 @@ struct ShadingBuffer {
   std::vector<ShadingPoint> points;
   std::vector<ShadingFace> faces;
   std::vector<std::uint32_t> pixels;  ///< a point
-  std::vector<vec3> positions;        ///< a point; on the surface
+  std::vector<vec3> positions;        ///< a point; above the surface by rounding: where shadow rays begin
 
   std::uint32_t end_of(std::size_t face) const {
     return face + 1 < faces.size() ? faces[face + 1].first_point : std::uint32_t(points.size());
