@@ -121,16 +121,28 @@ bool read_beside(Bytes* bytes, std::string* error, const std::string& path, void
 }
 
 // A channel whose target an extension defines is valid, and tinygltf calls it an error.
-bool concerns_animation(const std::string& line) {
-  return line.find("nimation") != std::string::npos || line == "'node' property is missing.";
+bool concerns_open_target(const std::string& line) {
+  return line == "'node' property is missing." || line.find("`node` field") != std::string::npos;
 }
 
+bool concerns_animation(const std::string& line) { return line.find("nimation") != std::string::npos; }
+
+struct Complaints {
+  std::string scene, animation;  // the first of each, or empty
+};
+
 // tinygltf reports some broken items, drops them, and goes on; a scene with parts missing is an error here.
-std::string first_complaint(const std::string& messages, bool loaded) {
+// Animations count only where they are played.
+Complaints first_complaints(const std::string& messages, bool loaded) {
+  Complaints first;
   std::istringstream stream(messages);
-  for (std::string line; std::getline(stream, line);)
-    if (!line.empty() && !(loaded && concerns_animation(line))) return one_line(line);
-  return loaded ? "" : "it cannot be parsed";
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty() || (loaded && concerns_open_target(line))) continue;
+    std::string& kind = loaded && concerns_animation(line) ? first.animation : first.scene;
+    if (kind.empty()) kind = one_line(line);
+  }
+  if (!loaded && first.scene.empty()) first.scene = "it cannot be parsed";
+  return first;
 }
 
 void parse(Document& document, const Bytes& bytes, Warnings& warnings) {
@@ -150,8 +162,10 @@ void parse(Document& document, const Bytes& bytes, Warnings& warnings) {
           ? parser.LoadBinaryFromMemory(&document.model, &error, &warning, bytes.data(), size, directory)
           : parser.LoadASCIIFromString(&document.model, &error, &warning,
                                        reinterpret_cast<const char*>(bytes.data()), size, directory);
-  const std::string complaint = first_complaint(error, loaded);
-  if (!complaint.empty()) fail_file(document.file, complaint, "export the file again as valid glTF 2.0");
+  const Complaints complaints = first_complaints(error, loaded);
+  if (!complaints.scene.empty())
+    fail_file(document.file, complaints.scene, "export the file again as valid glTF 2.0");
+  document.animation_complaint = complaints.animation;
   std::istringstream stream(warning);
   for (std::string line; std::getline(stream, line);)
     if (!line.empty()) warnings.add(one_line(line));
@@ -175,7 +189,6 @@ void check_features(const Document& document, Warnings& warnings) {
   for (const std::string& extension :
        std::set<std::string>(model.extensionsUsed.begin(), model.extensionsUsed.end()))
     if (!is_understood(extension)) warnings.add("extension " + one_line(extension, 60) + " ignored");
-  if (!model.animations.empty()) warnings.count("animations ignored", model.animations.size());
 }
 
 }  // namespace
@@ -223,7 +236,7 @@ Document read_document(const fs::path& file, Warnings& warnings) {
                        : std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (json_depth(json) > deepest_json)
     fail_file(file, "its JSON is nested deeper than " + std::to_string(deepest_json), "remove deep extras");
-  Document document{file, {}};
+  Document document{file, {}, {}};
   parse(document, bytes, warnings);
   check_features(document, warnings);
   return document;

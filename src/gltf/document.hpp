@@ -29,6 +29,7 @@ class Warnings {
 struct Document {
   std::filesystem::path file;
   tinygltf::Model model;
+  std::string animation_complaint;  ///< about a part of an animation that could not be parsed, or empty
 
   /// Throws InputError about an item of this file: "FILE, ITEM: PROBLEM; REMEDY".
   [[noreturn]] void fail(const std::string& item, const std::string& problem,

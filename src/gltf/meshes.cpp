@@ -1,6 +1,7 @@
 #include "meshes.hpp"
 
 #include <algorithm>
+#include <coppice/scene/pose.hpp>
 
 #include "accessor.hpp"
 #include "surface.hpp"
@@ -13,14 +14,14 @@ constexpr std::size_t most_triangles = std::size_t{1} << 26;
 constexpr std::size_t most_vertices = std::size_t{1} << 26;
 constexpr float largest_coordinate = 1e9f;
 
-// How a node carries surfaces into the world. Normals go by the cofactor matrix, which is det·M⁻ᵀ and exists
+// How a node carries surfaces into its frame. Normals go by the cofactor matrix, which is det·M⁻ᵀ and exists
 // where the node flattens its mesh, too.
-struct Placement {
+struct SurfaceMap {
   glm::dmat4 points{1};
   glm::dmat3 vectors{1}, normals{1};
   double handedness = 1;
 
-  explicit Placement(const glm::dmat4& to_world) : points(to_world), vectors(to_world) {
+  explicit SurfaceMap(const glm::dmat4& to_frame) : points(to_frame), vectors(to_frame) {
     handedness = determinant(vectors) < 0 ? -1 : 1;
     const glm::dvec3 a = vectors[0], b = vectors[1], c = vectors[2];
     normals = handedness * glm::dmat3(cross(b, c), cross(c, a), cross(a, b));
@@ -121,16 +122,16 @@ Mesh read_part(const VertexReader& reader, const tinygltf::Primitive& primitive,
   return part;
 }
 
-void place(Mesh& part, const Placement& placement) {
-  for (vec3& p : part.positions) p = vec3(placement.points * glm::dvec4(p, 1));
+void carry(Mesh& part, const SurfaceMap& map) {
+  for (vec3& p : part.positions) p = vec3(map.points * glm::dvec4(p, 1));
   for (vec3& n : part.normals) {
-    const glm::dvec3 world = placement.normals * glm::dvec3(n);
-    const double size = length(world);
-    n = size > 0 ? vec3(world / size) : vec3(0);
+    const glm::dvec3 carried = map.normals * glm::dvec3(n);
+    const double size = length(carried);
+    n = size > 0 ? vec3(carried / size) : vec3(0);
   }
   for (vec4& t : part.tangents)
-    t = vec4(vec3(placement.vectors * glm::dvec3(t)), t.w < 0 ? -placement.handedness : placement.handedness);
-  if (placement.handedness < 0)
+    t = vec4(vec3(map.vectors * glm::dvec3(t)), t.w < 0 ? -map.handedness : map.handedness);
+  if (map.handedness < 0)
     for (uvec3& triangle : part.triangles) std::swap(triangle.y, triangle.z);
 }
 
@@ -158,20 +159,20 @@ void complete(Mesh& part, bool has_tangents, bool needs_tangents, Warnings& warn
 
 }  // namespace
 
-void MeshBuilder::append(const PlacedNode& placed) {
-  const tinygltf::Node& node = document_.model.nodes[placed.node];
+void MeshBuilder::append(const MeshPlacement& placement) {
+  const tinygltf::Node& node = document_.model.nodes[placement.node];
   if (node.mesh == -1) return;
-  const std::string name = node_name(document_, placed.node);
+  const std::string name = node_name(document_, placement.node);
   if (!has_item(document_.model.meshes, node.mesh))
     document_.fail(name, "there is no mesh " + std::to_string(node.mesh));
   if (node.skin != -1) warnings_.count("skins ignored, their meshes stay where their nodes are");
   const tinygltf::Mesh& mesh = document_.model.meshes[std::size_t(node.mesh)];
   const std::string item = item_name("mesh", std::size_t(node.mesh), mesh.name);
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
-    append_primitive(placed, mesh.primitives[i], item + ", " + item_name("primitive", i));
+    append_primitive(placement, mesh.primitives[i], item + ", " + item_name("primitive", i));
 }
 
-void MeshBuilder::append_primitive(const PlacedNode& placed, const tinygltf::Primitive& primitive,
+void MeshBuilder::append_primitive(const MeshPlacement& placement, const tinygltf::Primitive& primitive,
                                    const std::string& item) {
   const int mode = primitive.mode;
   if (mode < TINYGLTF_MODE_POINTS || mode > TINYGLTF_MODE_TRIANGLE_FAN)
@@ -183,22 +184,21 @@ void MeshBuilder::append_primitive(const PlacedNode& placed, const tinygltf::Pri
   if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
     warnings_.count("incomplete triangles at the end of a list dropped");
   std::vector<uvec3> triangles = assemble_triangles(indices, mode);
-  admit(triangles.size(), item);
+  admit_triangles(triangles.size(), item);
   warn_of_ignored(primitive);
 
   const std::uint32_t material = material_index(primitive, item);
   Mesh part = read_part(reader, primitive, std::move(triangles));
   part.materials.assign(part.triangles.size(), material);
-  place(part, Placement(placed.to_world));
+  carry(part, SurfaceMap(placement.to_frame));
   if (!in_range(part))
-    document_.fail(node_name(document_, placed.node) + ", " + item, "a coordinate exceeds 1e9 in the world",
-                   "scale or move the scene");
+    document_.fail(node_name(document_, placement.node) + ", " + item,
+                   "a coordinate exceeds 1e9 in the world", "scale or move the scene");
   const bool has_tangents = !part.normals.empty() && has_attribute(primitive, "TANGENT");
   const bool needs_tangents = scene_.materials[material].normal_texture >= 0;
   complete(part, has_tangents, needs_tangents, warnings_);
-  if (scene_.mesh.positions.size() + part.positions.size() > most_vertices)
-    document_.fail(item, "the scene exceeds 2^26 vertices", "split the scene");
-  gltf::append(scene_.mesh, part);
+  admit_vertices(part.positions.size(), item);
+  coppice::append(placement.into, part);
 }
 
 std::uint32_t MeshBuilder::material_index(const tinygltf::Primitive& primitive, const std::string& item) {
@@ -219,10 +219,16 @@ void MeshBuilder::warn_of_ignored(const tinygltf::Primitive& primitive) {
 }
 
 // Counts triangles before they may be dropped, as every one costs time.
-void MeshBuilder::admit(std::size_t triangles, const std::string& item) {
-  admitted_triangles_ += triangles;
-  if (admitted_triangles_ > most_triangles)
+void MeshBuilder::admit_triangles(std::size_t count, const std::string& item) {
+  triangle_count_ += count;
+  if (triangle_count_ > most_triangles)
     document_.fail(item, "the scene exceeds 2^26 triangles", "split the scene");
+}
+
+void MeshBuilder::admit_vertices(std::size_t count, const std::string& item) {
+  vertex_count_ += count;
+  if (vertex_count_ > most_vertices)
+    document_.fail(item, "the scene exceeds 2^26 vertices", "split the scene");
 }
 
 }  // namespace coppice::gltf

@@ -21,28 +21,6 @@ glm::dmat4 given_matrix(const Document& document, std::size_t node) {
   return glm::make_mat4(values.data());
 }
 
-glm::dmat4 composed_matrix(const Document& document, std::size_t node) {
-  const tinygltf::Node& source = document.model.nodes[node];
-  const auto check = [&](const std::vector<double>& values, std::size_t size, const char* what) {
-    if (!values.empty() && values.size() != size)
-      document.fail(node_name(document, node),
-                    std::string("its ") + what + " has not " + std::to_string(size) + " numbers");
-    return !values.empty();
-  };
-  glm::dmat4 matrix{1};
-  if (check(source.translation, 3, "translation"))
-    matrix = glm::translate(matrix, glm::make_vec3(source.translation.data()));
-  if (check(source.rotation, 4, "rotation")) {
-    const std::vector<double>& r = source.rotation;
-    const double size = std::hypot(std::hypot(r[0], r[1]), std::hypot(r[2], r[3]));
-    if (!(size > 0) || !std::isfinite(size))
-      document.fail(node_name(document, node), "its rotation is not a unit quaternion");
-    matrix = matrix * glm::mat4_cast(glm::dquat(r[3] / size, r[0] / size, r[1] / size, r[2] / size));
-  }
-  if (check(source.scale, 3, "scale")) matrix = glm::scale(matrix, glm::make_vec3(source.scale.data()));
-  return matrix;
-}
-
 std::vector<char> marked_children(const Document& document) {
   const auto& nodes = document.model.nodes;
   std::vector<char> is_child(nodes.size(), 0);
@@ -96,46 +74,80 @@ class Walk {
   explicit Walk(const Document& document) : document_(document), seen_(document.model.nodes.size(), 0) {}
 
   std::vector<PlacedNode> from(const std::vector<int>& roots) {
-    push(roots, glm::dmat4{1});
+    push(roots, no_parent);
     while (!pending_.empty()) {
-      const PlacedNode parent = pending_.back();
+      const Pending next = pending_.back();
       pending_.pop_back();
-      placed_.push_back(place(parent));
-      push(document_.model.nodes[parent.node].children, placed_.back().to_world);
+      placed_.push_back(place(next));
+      push(document_.model.nodes[next.node].children, placed_.size() - 1);
     }
     return std::move(placed_);
   }
 
  private:
-  void push(const std::vector<int>& nodes, const glm::dmat4& to_world) {
+  struct Pending {
+    std::size_t node, parent;
+  };
+
+  void push(const std::vector<int>& nodes, std::size_t parent) {
     for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
       if (!has_item(document_.model.nodes, *node))
         document_.fail("scene", "there is no node " + std::to_string(*node));
       if (std::exchange(seen_[std::size_t(*node)], 1))
         document_.fail(node_name(document_, std::size_t(*node)), "the scene holds it twice",
                        "give every instance a node of its own");
-      pending_.push_back({std::size_t(*node), to_world});
+      pending_.push_back({std::size_t(*node), parent});
     }
   }
 
-  PlacedNode place(const PlacedNode& in_parent) const {
-    const std::size_t node = in_parent.node;
-    const bool given = !document_.model.nodes[node].matrix.empty();
-    const glm::dmat4 local = given ? given_matrix(document_, node) : composed_matrix(document_, node);
-    const glm::dmat4 to_world = in_parent.to_world * local;
-    if (!is_finite(to_world)) document_.fail(node_name(document_, node), "its transform is not finite");
-    return {node, to_world};
+  PlacedNode place(const Pending& next) const {
+    const glm::dmat4 local = local_matrix(document_, next.node);
+    const glm::dmat4 to_world = next.parent == no_parent ? local : placed_[next.parent].to_world * local;
+    if (!is_finite(to_world)) document_.fail(node_name(document_, next.node), "its transform is not finite");
+    return {next.node, next.parent, to_world};
   }
 
   const Document& document_;
   std::vector<char> seen_;
-  std::vector<PlacedNode> pending_, placed_;
+  std::vector<Pending> pending_;
+  std::vector<PlacedNode> placed_;
 };
 
 }  // namespace
 
 std::vector<PlacedNode> place_nodes(const Document& document) {
   return Walk(document).from(scene_roots(document));
+}
+
+glm::dmat4 LocalTransform::matrix() const {
+  return glm::scale(glm::translate(glm::dmat4{1}, translation) * glm::mat4_cast(rotation), scale);
+}
+
+LocalTransform local_transform(const Document& document, std::size_t node) {
+  const tinygltf::Node& source = document.model.nodes[node];
+  const auto given = [&](const std::vector<double>& values, std::size_t size, const char* what) {
+    if (!values.empty() && values.size() != size)
+      document.fail(node_name(document, node),
+                    std::string("its ") + what + " has not " + std::to_string(size) + " numbers");
+    return !values.empty();
+  };
+  LocalTransform local;
+  if (given(source.translation, 3, "translation"))
+    local.translation = glm::make_vec3(source.translation.data());
+  if (given(source.rotation, 4, "rotation")) {
+    const std::vector<double>& r = source.rotation;
+    const double size = std::hypot(std::hypot(r[0], r[1]), std::hypot(r[2], r[3]));
+    if (!(size > 0) || !std::isfinite(size))
+      document.fail(node_name(document, node), "its rotation is not a unit quaternion");
+    local.rotation = glm::dquat(r[3] / size, r[0] / size, r[1] / size, r[2] / size);
+  }
+  if (given(source.scale, 3, "scale")) local.scale = glm::make_vec3(source.scale.data());
+  return local;
+}
+
+glm::dmat4 local_matrix(const Document& document, std::size_t node) {
+  const bool given = !document.model.nodes[node].matrix.empty();
+  return given ? given_matrix(document, node) : local_transform(document, node).matrix();
 }
 
 std::string node_name(const Document& document, std::size_t node) {

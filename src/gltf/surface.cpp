@@ -149,15 +149,4 @@ void drop_unused_vertices(Mesh& mesh) {
   for (uvec3& triangle : mesh.triangles) triangle = {place[triangle.x], place[triangle.y], place[triangle.z]};
 }
 
-void append(Mesh& mesh, const Mesh& part) {
-  const auto base = std::uint32_t(mesh.positions.size());
-  const auto join = [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); };
-  join(mesh.positions, part.positions);
-  join(mesh.normals, part.normals);
-  join(mesh.tangents, part.tangents);
-  join(mesh.uvs, part.uvs);
-  join(mesh.materials, part.materials);
-  for (const uvec3& triangle : part.triangles) mesh.triangles.push_back(triangle + base);
-}
-
 }  // namespace coppice::gltf

@@ -1,4 +1,4 @@
-// Repairs and completes the surface of one primitive in world space.
+// Repairs and completes the surface of one primitive in the units of the world.
 #pragma once
 
 #include <coppice/scene/mesh.hpp>
@@ -31,8 +31,5 @@ void make_tangents(Mesh& mesh);
 
 /// Removes vertices that no triangle uses; the others keep their order.
 void drop_unused_vertices(Mesh& mesh);
-
-/// Appends the part's vertices and triangles.
-void append(Mesh& mesh, const Mesh& part);
 
 }  // namespace coppice::gltf

@@ -1,9 +1,10 @@
-// A scene as a file describes it: triangles, materials, textures, camera, lights.
+// A scene as a file describes it: triangles, materials, textures, camera, lights, and objects that move.
 #pragma once
 
 #include <coppice/core/math.hpp>
 #include <coppice/scene/camera.hpp>
 #include <coppice/scene/mesh.hpp>
+#include <coppice/scene/motion.hpp>
 #include <coppice/scene/texture.hpp>
 #include <cstdint>
 #include <optional>
@@ -44,14 +45,29 @@ struct PunctualLight {
   float outer_cone = pi / 4;  ///< radians from the axis
 };
 
+/// A rigid object that moves.
+struct MovingObject {
+  std::string name;
+  Mesh mesh;      ///< in the object's own frame, in units of the world; materials index Scene::materials
+  Motion motion;  ///< from that frame to the world
+};
+
 /// Everything that a program needs of a scene file.
 struct Scene {
-  Mesh mesh;
+  Mesh mesh;  ///< what rests
   std::vector<Material> materials;
   std::vector<Texture> textures;
   std::optional<Camera> camera;  ///< the first of the file
   std::vector<PunctualLight> lights;
+  std::vector<MovingObject> objects;  ///< none, unless loading was asked to keep them apart
   std::vector<std::string> warnings;  ///< what was dropped or replaced on loading, one line each, with counts
 };
+
+/// Seconds until the last object comes to rest; 0 where nothing moves.
+inline float animation_duration(const Scene& scene) {
+  float last = 0;
+  for (const MovingObject& object : scene.objects) last = std::fmax(last, object.motion.duration());
+  return last;
+}
 
 }  // namespace coppice
