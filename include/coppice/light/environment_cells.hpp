@@ -38,6 +38,14 @@ class EnvironmentCells {
         light_[index(x, y)] = nearest(tree, texel_direction(x, y, width_, height_));
   }
 
+  /// The light nearest to a unit direction, to a table entry.
+  std::uint32_t nearest_light(const vec3& d) const {
+    const float turns = std::atan2(d.z, d.x) / (2 * pi) + 0.5f;
+    const float height = std::acos(std::clamp(d.y, -1.0f, 1.0f)) / pi;
+    const int x = int(turns * float(width_)), y = int(height * float(height_));
+    return light_[index(std::clamp(x, 0, width_ - 1), std::clamp(y, 0, height_ - 1))];
+  }
+
   /// Where the light of each cell comes from under this environment: the mean direction of its texels,
   /// weighted by their luminance. A sun that lies between lattice points keeps its place, and its shadows
   /// theirs. Cells without light, or whose light comes from all sides, keep the direction given for them.
