@@ -9,18 +9,22 @@ packages=(
   libembree-dev libtbb-dev
   libopenexr-dev libstb-dev
   libtinygltf-dev nlohmann-json3-dev
+  libhdf5-dev libdeflate-dev python3-h5py
   libvulkan-dev glslc mesa-vulkan-drivers libspirv-cross-c-shared-dev
   libnanoflann-dev libcli11-dev
   doctest-dev librapidcheck-dev libbenchmark-dev
 )
 
+fuzz_packages=(clang libclang-rt-dev)
+
 usage() {
   cat <<'END'
-usage: ./build.sh demo|test|bench
+usage: ./build.sh demo|test|bench|fuzz
 
   demo   builds the programs and renders with them
   test   builds and runs the tests, then once more with address and undefined-behaviour sanitizers
   bench  builds and runs the benchmarks
+  fuzz   builds the fuzz targets with Clang and runs each for a minute, or the seconds that are named
 
 Each first installs the Debian packages that are missing. Builds go to build/.
 END
@@ -83,6 +87,13 @@ bench() {
   scripts/bench.sh "$@"
 }
 
+fuzz() {
+  local seconds="${1:-60}"
+  build fuzz fuzz_store
+  build/fuzz/bin/fuzz_store -max_total_time="$seconds" -max_len=400 -len_control=0 -rss_limit_mb=2048 -timeout=20 \
+    -print_final_stats=1 -artifact_prefix=build/fuzz/
+}
+
 case "${1:-}" in
   demo)
     prepare
@@ -95,6 +106,11 @@ case "${1:-}" in
   bench)
     prepare
     bench "${@:2}"
+    ;;
+  fuzz)
+    packages+=("${fuzz_packages[@]}")
+    prepare
+    fuzz "${@:2}"
     ;;
   -h | --help) usage ;;
   *)

@@ -19,6 +19,9 @@
 
 #include <coppice/kernels/kernels.hpp>
 #endif
+#ifdef WITH_STORE
+#include <coppice/store/store.hpp>
+#endif
 #ifdef WITH_VULKAN
 #include <coppice/vulkan/device.hpp>
 #endif
@@ -87,6 +90,16 @@ void use_kernels() {
 }
 #endif
 
+#ifdef WITH_STORE
+void use_store() {
+  coppice::StoredVisibility<std::uint8_t> visibility;
+  visibility.settings = {{"sigma", "2"}};
+  coppice::write_store("consumer.h5", visibility);
+  require(coppice::read_store<std::uint8_t>("consumer.h5").settings == visibility.settings,
+          "a store is read as it was written");
+}
+#endif
+
 #ifdef WITH_VULKAN
 void use_vulkan() {
   const auto reason = coppice::VulkanDevice::unavailable();
@@ -109,6 +122,9 @@ int main() {
 #endif
 #ifdef WITH_KERNELS
   use_kernels();
+#endif
+#ifdef WITH_STORE
+  use_store();
 #endif
 #ifdef WITH_VULKAN
   use_vulkan();

@@ -163,3 +163,57 @@ TEST_CASE("cuts of binary functions end on granules only, whatever the bits, the
         RC_ASSERT(end % granule == 0);
   }));
 }
+
+TEST_CASE("cuts come back from their arrays") {
+  Random random(9);
+  for (const std::uint32_t leaf_count : {1u, 16u, 64u, 1024u})
+    for (const std::uint32_t granule_log2 : {0u, 2u}) {
+      if (leaf_count >> granule_log2 == 0) continue;
+      MaskedCuts<std::uint16_t> cuts(leaf_count, granule_log2);
+      for (int i = 0; i < 20; ++i)
+        cuts.append(random_cut<std::uint16_t>(random, leaf_count, random.uniform(), 1u << granule_log2),
+                    {random.direction(), -0.5f});
+      const auto masks = cuts.masks();
+      const auto values = cuts.values();
+      const auto horizons = cuts.horizons();
+      auto copy = MaskedCuts<std::uint16_t>::from_arrays(
+          leaf_count, granule_log2, {masks.begin(), masks.end()}, {values.begin(), values.end()},
+          {horizons.begin(), horizons.end()});
+      REQUIRE(copy.has_value());
+      REQUIRE(copy->size() == cuts.size());
+      CHECK(std::ranges::equal(copy->first_value(), cuts.first_value()));
+      CHECK(copy->byte_count() == cuts.byte_count());
+      copy->append(Cut<std::uint16_t>{{leaf_count}, {7}});
+      CHECK(copy->unpack(20).values == std::vector<std::uint16_t>{7});
+      for (std::size_t i = 0; i < cuts.size(); ++i) {
+        CHECK(copy->unpack(i).ends == cuts.unpack(i).ends);
+        CHECK(copy->unpack(i).values == cuts.unpack(i).values);
+        CHECK((*copy)[i].horizon.normal == cuts[i].horizon.normal);
+      }
+    }
+}
+
+TEST_CASE("arrays that are no cuts give none") {
+  const auto is_accepted = [](std::uint32_t leaf_count, std::vector<std::uint32_t> masks, std::size_t values,
+                              std::size_t cuts = 1) {
+    return MaskedCuts<std::uint8_t>::from_arrays(leaf_count, 0, std::move(masks),
+                                                 std::vector<std::uint8_t>(values),
+                                                 std::vector<ReceiverHorizon>(cuts))
+        .has_value();
+  };
+  CHECK(is_accepted(8, {0x80}, 1));
+  CHECK(is_accepted(8, {0x8a}, 3));           // ends 2, 4, 8
+  CHECK_FALSE(is_accepted(8, {0x8a}, 2));     // a value is missing
+  CHECK_FALSE(is_accepted(8, {0x8a}, 4));     // one too many
+  CHECK_FALSE(is_accepted(8, {0x0a}, 2));     // the last leaves are not covered
+  CHECK_FALSE(is_accepted(8, {0x00}, 0));     // nothing is
+  CHECK_FALSE(is_accepted(8, {0x84}, 2));     // three leaves are no node
+  CHECK_FALSE(is_accepted(8, {0x85}, 3));     // 1, 3: two leaves, but not of one node
+  CHECK_FALSE(is_accepted(8, {0x8080}, 2));   // an end beyond the tree
+  CHECK_FALSE(is_accepted(8, {0x80, 0}, 1));  // words without a cut
+  CHECK_FALSE(is_accepted(64, {0, 0x80000000u}, 1, 2));
+  CHECK(is_accepted(64, {0, 0x80000000u}, 1));
+  CHECK(is_accepted(0, {}, 0, 3));
+  CHECK_FALSE(is_accepted(0, {}, 1, 3));
+  CHECK(is_accepted(8, {}, 0, 0));
+}

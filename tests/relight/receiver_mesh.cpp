@@ -109,3 +109,44 @@ TEST_CASE("every face knows its scene's triangle, refined ones that of their par
     for (const vec2& uv : {vec2(0.1f, 0.1f), vec2(0.8f, 0.1f), vec2(0.1f, 0.8f), vec2(0.3f, 0.3f)})
       CHECK(receivers.faces()[receivers.locate({t, true}, uv).face].triangle == t);
 }
+
+TEST_CASE("a mesh comes back from its arrays, and finds what it found") {
+  const Mesh mesh = bumpy_mesh(2, 0.2f, 4);
+  const SphereOccluder ball{{{{0.5f, 0.5f, -0.5f}, 0.2f}}};
+  std::vector<SidedTriangle> sides = all_fronts(mesh);
+  sides.push_back({1, false});
+  ReceiverMesh receivers(mesh, sides);
+  CHECK(receivers.sides().size() == sides.size());
+  refine_receivers(
+      receivers, ball, DirectionPackets(even_directions(128)), {0.01, 200},
+      [](const vec3&) { return EdgeLimits{}; }, Serial());
+  const ReceiverMesh copy =
+      ReceiverMesh::from_arrays(receivers.corners(), receivers.faces(), receivers.sides());
+  Random random(2);
+  for (const SidedTriangle& side : sides)
+    for (int i = 0; i < 50; ++i) {
+      const vec2 uv = random_uv(random);
+      const auto a = receivers.locate(side, uv), b = copy.locate(side, uv);
+      CHECK(a.face == b.face);
+      CHECK(a.weights == b.weights);
+    }
+}
+
+TEST_CASE("faces have corners, and children of one face each behind it") {
+  const auto face = [](std::uint32_t corner, std::uint32_t first_child = no_face,
+                       std::uint32_t children = 0) {
+    return ReceiverMesh::Face{uvec3(0, 1, corner), {}, vec3(0, 1, 0), 0, first_child, children};
+  };
+  using Faces = std::vector<ReceiverMesh::Face>;
+  CHECK(ReceiverMesh::are_faces(0, {}, 0));
+  CHECK(ReceiverMesh::are_faces(3, Faces{face(2)}, 1));
+  CHECK(ReceiverMesh::are_faces(3, Faces{face(2, 1, 2), face(2), face(1)}, 1));
+  CHECK_FALSE(ReceiverMesh::are_faces(2, Faces{face(2)}, 1));                          // no such corner
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2)}, 0));                          // whose child is it?
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2)}, 2));                          // a root is missing
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2, 1, 3), face(2), face(1)}, 1));  // a child is
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2, 0, 1)}, 1));                    // its own child
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2, 1, 1), face(2)}, 2));           // a root as a child
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2, 2, 1), face(1, 2, 1), face(2)}, 2));  // of two faces
+  CHECK_FALSE(ReceiverMesh::are_faces(3, Faces{face(2, no_face, 2), face(1)}, 1));
+}

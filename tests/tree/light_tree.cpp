@@ -38,3 +38,24 @@ TEST_CASE("a tree without lights is empty") {
   CHECK(LightTree().empty());
   CHECK(LightTree().leaf_count() == 0);
 }
+
+TEST_CASE("leaves hold every light once, and no more padding than is needed") {
+  const std::vector<std::uint32_t> leaves{2, no_light, 0, 1};
+  CHECK(are_leaves(leaves, 3));
+  CHECK(are_leaves({}, 0));
+  CHECK(are_leaves(std::vector<std::uint32_t>{0}, 1));
+  CHECK_FALSE(are_leaves(leaves, 2));
+  CHECK_FALSE(are_leaves(leaves, 4));
+  CHECK_FALSE(are_leaves({}, 1));
+  CHECK_FALSE(are_leaves(std::vector<std::uint32_t>{0, 0, 1, no_light}, 3));
+  CHECK_FALSE(are_leaves(std::vector<std::uint32_t>{0, 1, no_light, no_light}, 2));
+  CHECK_FALSE(are_leaves(leaves, std::size_t(1) << 40));
+}
+
+TEST_CASE("a tree over given leaves counts the lights below each node") {
+  const LightTree tree = tree_over({2, no_light, 0, 1});
+  CHECK(tree.light_of_leaf == std::vector<std::uint32_t>{2, no_light, 0, 1});
+  CHECK(tree.light_count == std::vector<std::uint32_t>{0, 3, 1, 2, 1, 0, 1, 1});
+  CHECK(tree_over({}).light_count.empty());
+  CHECK(tree_over({0}).light_count == std::vector<std::uint32_t>{0, 1});
+}

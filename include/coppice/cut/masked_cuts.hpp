@@ -7,7 +7,9 @@
 #include <coppice/cut/cut.hpp>
 #include <coppice/cut/quantise.hpp>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace coppice {
@@ -32,6 +34,28 @@ struct MaskedCutView {
 /// The horizon of a cut that has a meaning towards all directions.
 inline constexpr ReceiverHorizon no_horizon{vec3(0), -1};
 
+/// Appends to `first_value` where the values of each cut end, counted on from its last entry; false where a
+/// mask is not that of a cut through the tree: every leaf covered once, by nodes. `masks` has words_per_cut
+/// words a cut. Precondition: leaf_count is a power of two of at least one granule.
+inline bool index_pieces(std::uint32_t leaf_count, std::uint32_t granule_log2,
+                         std::span<const std::uint32_t> masks, std::vector<std::uint32_t>& first_value) {
+  const std::uint32_t granules = leaf_count >> granule_log2, words = (granules + 31) / 32;
+  COPPICE_ASSERT(std::has_single_bit(granules) && masks.size() % words == 0);
+  std::uint64_t pieces = first_value.back();
+  for (std::size_t first = 0; first < masks.size(); first += words) {
+    std::uint32_t begin = 0;
+    for (std::uint32_t w = 0; w < words; ++w)
+      for (std::uint32_t m = masks[first + w]; m != 0; m &= m - 1, ++pieces) {
+        const std::uint32_t end = 32 * w + std::uint32_t(std::countr_zero(m)) + 1, size = end - begin;
+        if ((size & (size - 1)) != 0 || (begin & (size - 1)) != 0) return false;
+        begin = end;
+      }
+    if (begin != granules || pieces > ~std::uint32_t{0}) return false;
+    first_value.push_back(std::uint32_t(pieces));
+  }
+  return true;
+}
+
 /// Cuts over one tree whose ends all lie on granules. The same arrays are read by cut_shade.comp.
 /// Bytes a cut: leaf_count / granule / 8 for the mask, one value a piece, 16 for the horizon, and 4.
 template <Quantised Value>
@@ -45,6 +69,25 @@ class MaskedCuts {
       : leaf_count_(leaf_count),
         granule_log2_(granule_log2),
         words_per_cut_(((leaf_count >> granule_log2) + 31) / 32) {}
+
+  /// From the arrays that masks(), values() and horizons() give; none where they are not those of cuts: a
+  /// mask of words_per_cut words and a horizon for each, a value for each bit. Precondition: leaf_count is 0,
+  /// or a power of two of at least one granule.
+  static std::optional<MaskedCuts> from_arrays(std::uint32_t leaf_count, std::uint32_t granule_log2,
+                                               std::vector<std::uint32_t> masks, std::vector<Value> values,
+                                               std::vector<ReceiverHorizon> horizons) {
+    MaskedCuts cuts(leaf_count, granule_log2);
+    if (masks.size() != horizons.size() * cuts.words_per_cut_) return std::nullopt;
+    cuts.first_value_.reserve(horizons.size() + 1);
+    if (leaf_count == 0)
+      cuts.first_value_.resize(horizons.size() + 1, 0);
+    else if (!index_pieces(leaf_count, granule_log2, masks, cuts.first_value_))
+      return std::nullopt;
+    if (cuts.first_value_.back() != values.size()) return std::nullopt;
+    values.insert(values.end(), value_slack, Value(0));
+    cuts.masks_ = std::move(masks), cuts.values_ = std::move(values), cuts.horizons_ = std::move(horizons);
+    return cuts;
+  }
 
   std::uint32_t leaf_count() const { return leaf_count_; }
   std::uint32_t granule_log2() const { return granule_log2_; }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace coppice {
@@ -64,8 +65,40 @@ class ReceiverMesh {
     for (const SidedTriangle& side : sides) add_root(mesh, side, corner_of);
   }
 
+  /// From the arrays that corners(), faces() and sides() give. Precondition: are_faces(...).
+  static ReceiverMesh from_arrays(std::vector<Corner> corners, std::vector<Face> faces,
+                                  std::span<const SidedTriangle> sides) {
+    COPPICE_ASSERT(are_faces(corners.size(), faces, sides.size()));
+    ReceiverMesh mesh;
+    mesh.corners_ = std::move(corners), mesh.faces_ = std::move(faces);
+    for (const SidedTriangle& side : sides) mesh.note_root(side);
+    return mesh;
+  }
+
+  /// True where faces have corners below corner_count, and all but the first `roots` are children of one face
+  /// each, which stands before them.
+  static bool are_faces(std::size_t corner_count, std::span<const Face> faces, std::size_t roots) {
+    if (roots > faces.size()) return false;
+    std::vector<bool> has_parent(faces.size(), false);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const Face& face = faces[f];
+      for (int k = 0; k < 3; ++k)
+        if (face.corners[k] >= corner_count) return false;
+      if (face.child_count == 0) continue;
+      const std::size_t first = face.first_child, end = first + face.child_count;
+      if (first <= f || first < roots || end > faces.size()) return false;
+      for (std::size_t child = first; child < end; ++child) {
+        if (has_parent[child]) return false;
+        has_parent[child] = true;
+      }
+    }
+    return std::find(has_parent.begin() + std::ptrdiff_t(roots), has_parent.end(), false) == has_parent.end();
+  }
+
   const std::vector<Corner>& corners() const { return corners_; }
   const std::vector<Face>& faces() const { return faces_; }
+  /// Those given to the constructor; of the first faces, in order.
+  const std::vector<SidedTriangle>& sides() const { return sides_; }
   bool is_leaf(std::uint32_t face) const { return faces_[face].child_count == 0; }
 
   std::uint32_t add_corner(const Corner& corner) {
@@ -79,6 +112,8 @@ class ReceiverMesh {
     faces_[face].child_count = std::uint32_t(children.size());
     faces_.insert(faces_.end(), children.begin(), children.end());
   }
+
+  bool has(SidedTriangle side) const { return root_of_.contains(root_key(side)); }
 
   /// The face in which the point (u, v) of that side lies. Cost: the depth of the refinement. Precondition:
   /// the side was given to the constructor.
@@ -128,8 +163,13 @@ class ReceiverMesh {
       if (is_new) it->second = add_corner({p, n});
       face.corners[k] = it->second;
     }
-    root_of_[root_key(side)] = std::uint32_t(faces_.size());
+    note_root(side);
     faces_.push_back(face);
+  }
+
+  void note_root(SidedTriangle side) {
+    root_of_[root_key(side)] = std::uint32_t(sides_.size());
+    sides_.push_back(side);
   }
 
   /// Barycentric weights of (u, v) in a face. Faces that rounding has flattened give their first corner.
@@ -154,6 +194,7 @@ class ReceiverMesh {
 
   std::vector<Corner> corners_;
   std::vector<Face> faces_;
+  std::vector<SidedTriangle> sides_;
   std::unordered_map<std::uint64_t, std::uint32_t> root_of_;
 };
 

@@ -6,6 +6,8 @@
 #include <bit>
 #include <coppice/core/config.hpp>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace coppice {
@@ -46,6 +48,36 @@ inline LeafRange leaves_below(std::uint32_t leaf_count, std::uint32_t h) {
 /// Smallest power of two that holds `lights` leaves; 0 for none.
 inline std::uint32_t leaf_count_for(std::size_t lights) {
   return lights == 0 ? 0 : std::bit_ceil(std::uint32_t(lights));
+}
+
+/// True where every light of [0, light_count) is at one leaf, the others are padding, and there are no more
+/// leaves than are needed.
+inline bool are_leaves(std::span<const std::uint32_t> light_of_leaf, std::size_t light_count) {
+  if (light_count > 1u << 31 || light_of_leaf.size() != leaf_count_for(light_count)) return false;
+  std::vector<bool> found(light_count, false);
+  std::size_t padding = 0;
+  for (const std::uint32_t light : light_of_leaf) {
+    if (light == no_light) {
+      ++padding;
+      continue;
+    }
+    if (light >= light_count || found[light]) return false;
+    found[light] = true;
+  }
+  return padding + light_count == light_of_leaf.size();
+}
+
+/// The tree with these leaves. Precondition: their number is 0 or a power of two.
+inline LightTree tree_over(std::vector<std::uint32_t> light_of_leaf) {
+  LightTree tree;
+  const std::size_t n = light_of_leaf.size();
+  COPPICE_ASSERT(n == 0 || std::has_single_bit(n));
+  tree.light_count.assign(2 * n, 0);
+  for (std::size_t leaf = 0; leaf < n; ++leaf) tree.light_count[n + leaf] = light_of_leaf[leaf] != no_light;
+  for (std::size_t h = n; h-- > 1;)
+    tree.light_count[h] = tree.light_count[2 * h] + tree.light_count[2 * h + 1];
+  tree.light_of_leaf = std::move(light_of_leaf);
+  return tree;
 }
 
 }  // namespace coppice
