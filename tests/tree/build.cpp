@@ -96,6 +96,30 @@ double mean_squared_radius(const LightTree& tree, const std::vector<LightSample>
   return total / double(lights.size());
 }
 
+/// The points of a geometric metric, whose number of coordinates is not known when compiling.
+struct RunTimeMetric {
+  GeometricMetric metric;
+
+  std::size_t size() const { return metric.size(); }
+  std::size_t dimension() const { return GeometricMetric::dimension(); }
+  void write_point(std::uint32_t light, std::span<float> point) const { metric.write_point(light, point); }
+};
+
+/// Rows of lights along x in two heaps along y that lie a little closer together than the rows are long: the
+/// order along x is a fixed point of the rounds, and a poor one.
+std::vector<LightSample> two_long_heaps() {
+  std::vector<LightSample> lights;
+  for (int i = 0; i < 1024; ++i)
+    lights.push_back({vec3(float(i / 2) / 511 - 0.5f, i % 2 == 0 ? 0.45f : -0.45f, 0), vec3(0)});
+  return lights;
+}
+
+bool halves_are_heaps(const LightTree& tree) {
+  for (std::uint32_t leaf = 0; leaf < 1024; ++leaf)
+    if (tree.light_of_leaf[leaf] % 2 != tree.light_of_leaf[leaf < 512 ? 0 : 512] % 2) return false;
+  return true;
+}
+
 constexpr std::uint32_t counts[]{0, 1, 2, 3, 5, 1000, 32768};
 
 }  // namespace
@@ -180,4 +204,27 @@ TEST_CASE("other iterations make other trees, all of them whole") {
     CHECK(is_permutation_of_lights(build_tree(GeometricMetric(lights), {iterations}), 500));
   CHECK(build_tree(GeometricMetric(lights), {0}).light_of_leaf !=
         build_tree(GeometricMetric(lights)).light_of_leaf);
+}
+
+TEST_CASE("the tree is the same where the number of coordinates is known only at run time") {
+  Random random(6);
+  for (const std::uint32_t count : counts) {
+    const auto lights = scattered_lights(random, count);
+    const GeometricMetric metric(lights);
+    for (const TreeOptions options : {TreeOptions{}, TreeOptions{8, 3}})
+      CHECK(build_tree(RunTimeMetric{metric}, options).light_of_leaf ==
+            build_tree(metric, options).light_of_leaf);
+  }
+}
+
+TEST_CASE("several first guesses find the split that one misses") {
+  const auto lights = two_long_heaps();
+  const GeometricMetric metric(lights);
+  CHECK_FALSE(halves_are_heaps(build_tree(metric)));
+  for (const std::size_t starts : {2u, 6u, 100u}) {
+    const LightTree tree = build_tree(metric, {8, starts});
+    CHECK(halves_are_heaps(tree));
+    CHECK(is_permutation_of_lights(tree, 1024));
+    CHECK(counts_are_consistent(tree));
+  }
 }

@@ -5,6 +5,7 @@
 #include <coppice/cut/masked_cuts.hpp>
 #include <coppice/relight/visibility.hpp>
 #include <coppice/relight/visibility_cut_selector.hpp>
+#include <coppice/relight/visibility_rows.hpp>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -17,12 +18,13 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 
 /// Calls consume(receiver index, row of bits) for every receiver on the executor's threads, in blocks of
 /// `visibility_block`; after each block end_of_block(first, count) is called once. Each piece of work has a
-/// copy of `consume`, which may keep scratch. Returns the rays traced.
+/// copy of `consume`, which may keep scratch. Rows of `known` are not traced again. Returns the rays traced.
 inline constexpr std::size_t visibility_block = 2048;
 
 template <Occluder O, LightPackets L, Executor E, class Consume, class EndOfBlock>
 std::size_t for_each_visibility(const O& occluder, const L& lights, std::span<const Receiver> receivers,
-                                const E& executor, const Consume& consume, EndOfBlock&& end_of_block) {
+                                const E& executor, const Consume& consume, EndOfBlock&& end_of_block,
+                                const VisibilityRows& known = {}) {
   std::vector<std::size_t> traced(receivers.size());
   for (std::size_t first = 0; first < receivers.size(); first += visibility_block) {
     const std::size_t count = std::min(visibility_block, receivers.size() - first);
@@ -30,8 +32,12 @@ std::size_t for_each_visibility(const O& occluder, const L& lights, std::span<co
       std::vector<std::uint64_t> bits(words_for_bits(lights.count()));
       Consume consume_here = consume;
       for (std::size_t i = first + begin; i < first + end; ++i) {
-        traced[i] = trace_visibility(occluder, lights, receivers[i], bits);
-        consume_here(i, std::span<const std::uint64_t>(bits));
+        std::span<const std::uint64_t> row = known.find(i);
+        if (row.empty()) {
+          traced[i] = trace_visibility(occluder, lights, receivers[i], bits);
+          row = bits;
+        }
+        consume_here(i, row);
       }
     });
     end_of_block(first, count);
@@ -67,19 +73,21 @@ template <Quantised Value>
 struct VisibilityCuts {
   std::vector<MaskedCuts<Value>> cuts;  ///< one store for each of the options, receivers in order
   std::vector<std::uint64_t>
-      bits;  ///< all rows, words_for_bits(leaf count) words a receiver, where asked for
-  std::size_t rays = 0;
+      bits;              ///< all rows, words_for_bits(leaf count) words a receiver, where asked for
+  std::size_t rays = 0;  ///< without those of rows that were known
 };
 
 /// Traces every receiver once and selects its cut for each of `options`. Only cuts are kept, unless keep_bits
 /// asks for the dense rows too (leaf_count/8 bytes a receiver), as the brute-force twins need them. The
-/// result does not depend on the executor. Precondition: `leaf_lights` has one direction a leaf of the tree.
+/// result does not depend on the executor. Rows of `known` are taken instead of traced. Precondition:
+/// `leaf_lights` has one direction a leaf of the tree, `known` is in the order of its leaves.
 template <Quantised Value, Occluder O, Executor E>
 VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& tree,
                                             const DirectionPackets& leaf_lights,
                                             std::span<const Receiver> receivers,
                                             std::span<const VisibilityCutOptions> options, bool keep_bits,
-                                            const E& executor, const Progress& progress = {}) {
+                                            const E& executor, const Progress& progress = {},
+                                            const VisibilityRows& known = {}) {
   COPPICE_ASSERT(leaf_lights.count() == tree.leaf_count());
   VisibilityCuts<Value> result;
   const std::size_t words = words_for_bits(tree.leaf_count());
@@ -102,7 +110,7 @@ VisibilityCuts<Value> precompute_visibility(const O& occluder, const LightTree& 
         result.cuts[o].append(block[o][i], horizon_of(receivers[first + i], options[o].weight));
     if (progress) progress(first + count, receivers.size());
   };
-  result.rays = for_each_visibility(occluder, leaf_lights, receivers, executor, select, store);
+  result.rays = for_each_visibility(occluder, leaf_lights, receivers, executor, select, store, known);
   return result;
 }
 

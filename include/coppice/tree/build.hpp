@@ -3,31 +3,49 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <coppice/tree/light_tree.hpp>
 #include <coppice/tree/metric.hpp>
 #include <numeric>
 #include <span>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace coppice {
 
 struct TreeOptions {
   int iterations = 8;  ///< rounds of moving the two centres before the cut; more gain nothing measurable
+  std::size_t starts =
+      1;  ///< first guesses in large clusters: orders along so many of the widest coordinates
 };
+
+/// Clusters of fewer lights make do with one first guess.
+inline constexpr std::size_t several_starts_from = 512;
 
 namespace detail {
 
+/// Zeros, one a coordinate: on the stack where the metric's dimension is a constant.
+template <class Number, LightMetric Metric>
+auto coordinates_of(const Metric& metric) {
+  if constexpr (requires { std::integral_constant<std::size_t, Metric::dimension()>(); })
+    return std::array<Number, Metric::dimension()>{};
+  else
+    return std::vector<Number>(metric.dimension());
+}
+
 /// Recursive bisection. Positions are kept in the metric's Euclidean space, in which Eq. 11 is |s - c|², so
 /// that d(s, c1) - d(s, c2) is linear in s: the order depends only on the projection on c2 - c1.
-template <class Metric>
+template <LightMetric Metric>
 class TreeBuilder {
  public:
-  using Point = typename Metric::Point;
-
-  TreeBuilder(const Metric& metric, TreeOptions options) : options_(options) {
-    points_.reserve(metric.size());
-    for (std::uint32_t i = 0; i < metric.size(); ++i) points_.push_back(metric.point(i));
-    keys_.resize(points_.size());
+  TreeBuilder(const Metric& metric, TreeOptions options)
+      : metric_(metric),
+        options_(options),
+        coordinates_(metric.size() * metric.dimension()),
+        keys_(metric.size()) {
+    for (std::uint32_t i = 0; i < metric.size(); ++i)
+      metric.write_point(i, std::span(coordinates_).subspan(i * dimension(), dimension()));
   }
 
   /// Puts `lights` into the leaves below heap id h of `tree`.
@@ -45,31 +63,57 @@ class TreeBuilder {
   }
 
  private:
-  static float difference_of_distances(const Point& s, const Point& a, const Point& b) {
+  using Point = decltype(coordinates_of<float>(std::declval<const Metric&>()));
+
+  /// A constant where the metric's is one, so that loops over few coordinates unroll.
+  std::size_t dimension() const { return metric_.dimension(); }
+  const float* point(std::uint32_t light) const { return coordinates_.data() + light * dimension(); }
+
+  /// |s - a|² - |s - b|². Many coordinates are added in lanes, few in order.
+  float difference_of_distances(const float* s, const float* a, const float* b) const {
+    constexpr std::size_t lanes = 16;
+    std::array<float, lanes> lane_sums{};
+    std::size_t k = 0;
+    for (; k + lanes <= dimension(); k += lanes)
+      for (std::size_t i = 0; i < lanes; ++i)
+        lane_sums[i] += (b[k + i] - a[k + i]) * (2 * s[k + i] - a[k + i] - b[k + i]);
     float sum = 0;
-    for (std::size_t k = 0; k < s.size(); ++k) sum += (b[k] - a[k]) * (2 * s[k] - a[k] - b[k]);
+    if (k > 0) sum = std::accumulate(lane_sums.begin(), lane_sums.end(), 0.0f);
+    for (; k < dimension(); ++k) sum += (b[k] - a[k]) * (2 * s[k] - a[k] - b[k]);
     return sum;
   }
 
   Point mean(std::span<const std::uint32_t> lights) const {
-    std::array<double, std::tuple_size_v<Point>> sum{};
-    for (const auto i : lights)
-      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += points_[i][k];
-    Point m{};
-    for (std::size_t k = 0; k < sum.size(); ++k) m[k] = float(sum[k] / double(lights.size()));
+    auto sum = coordinates_of<double>(metric_);
+    for (const auto i : lights) {
+      const float* p = point(i);
+      for (std::size_t k = 0; k < dimension(); ++k) sum[k] += double(p[k]);
+    }
+    Point m = coordinates_of<float>(metric_);
+    for (std::size_t k = 0; k < dimension(); ++k) m[k] = float(sum[k] / double(lights.size()));
     return m;
   }
 
-  /// The coordinate along which the lights spread most gives the first pair of centres.
-  std::size_t widest_axis(std::span<const std::uint32_t> lights) const {
-    Point low = points_[lights[0]], high = low;
-    for (const auto i : lights)
-      for (std::size_t k = 0; k < low.size(); ++k)
-        low[k] = std::min(low[k], points_[i][k]), high[k] = std::max(high[k], points_[i][k]);
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < low.size(); ++k)
-      if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-    return axis;
+  /// Coordinates by how far the lights spread along them, as many as there are first guesses.
+  std::vector<std::size_t> widest_axes(std::span<const std::uint32_t> lights) const {
+    Point low = coordinates_of<float>(metric_);
+    std::copy_n(point(lights[0]), dimension(), low.begin());
+    Point high = low;
+    for (const auto i : lights) {
+      const float* p = point(i);
+      for (std::size_t k = 0; k < dimension(); ++k)
+        low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+    }
+    const std::size_t starts = lights.size() < several_starts_from ? 1 : options_.starts;
+    std::vector<std::size_t> axes(dimension());
+    std::iota(axes.begin(), axes.end(), std::size_t{0});
+    const auto chosen = axes.begin() + std::ptrdiff_t(std::min(starts, axes.size()));
+    std::partial_sort(axes.begin(), chosen, axes.end(), [&](std::size_t a, std::size_t b) {
+      const float size_a = high[a] - low[a], size_b = high[b] - low[b];
+      return size_a > size_b || (size_a == size_b && a < b);
+    });
+    axes.erase(chosen, axes.end());
+    return axes;
   }
 
   /// Ties are broken by the light's index, so that the order is total and the same everywhere.
@@ -80,20 +124,44 @@ class TreeBuilder {
     std::nth_element(lights.begin(), lights.begin() + std::ptrdiff_t(left), lights.end(), before);
   }
 
+  /// The better of the splits from each first guess. As the halves are equal, the squared distances within
+  /// them are least where their centres are farthest apart.
   void split(std::span<std::uint32_t> lights, std::size_t left) {
-    const std::size_t axis = widest_axis(lights);
-    for (const auto i : lights) keys_[i] = points_[i][axis];
+    const std::vector<std::size_t> axes = widest_axes(lights);
+    if (axes.size() == 1) return split_from(axes[0], lights, left);
+    std::vector<std::uint32_t> best;
+    float best_distance = -1;
+    for (const std::size_t axis : axes) {
+      split_from(axis, lights, left);
+      const float distance = squared_distance(mean(lights.first(left)), mean(lights.subspan(left)));
+      if (distance <= best_distance) continue;
+      best_distance = distance;
+      best.assign(lights.begin(), lights.end());
+    }
+    std::ranges::copy(best, lights.begin());
+  }
+
+  static float squared_distance(const Point& a, const Point& b) {
+    double sum = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) sum += double(a[k] - b[k]) * double(a[k] - b[k]);
+    return float(sum);
+  }
+
+  /// The first guess is the order along an axis.
+  void split_from(std::size_t axis, std::span<std::uint32_t> lights, std::size_t left) {
+    for (const auto i : lights) keys_[i] = point(i)[axis];
     order_by_key(lights, left);
     for (int i = 0; i < options_.iterations; ++i) {
       const Point a = mean(lights.first(left)), b = mean(lights.subspan(left));
       if (a == b) return;
-      for (const auto l : lights) keys_[l] = difference_of_distances(points_[l], a, b);
+      for (const auto l : lights) keys_[l] = difference_of_distances(point(l), a.data(), b.data());
       order_by_key(lights, left);
     }
   }
 
+  const Metric& metric_;
   TreeOptions options_;
-  std::vector<Point> points_;
+  std::vector<float> coordinates_;  // dimension() a light
   std::vector<float> keys_;
 };
 
@@ -102,7 +170,7 @@ class TreeBuilder {
 /// The light tree over metric.size() lights. Where their number is no power of two the padding is spread
 /// evenly: the halves of a node differ by at most one light. Deterministic; O(n log n · iterations), about 40
 /// ms for 32,768 lights a core. Precondition: the metric's points are finite.
-template <class Metric>
+template <LightMetric Metric>
 LightTree build_tree(const Metric& metric, TreeOptions options = {}) {
   LightTree tree;
   const std::uint32_t n = leaf_count_for(metric.size());
