@@ -1,28 +1,42 @@
-// Relights a scene under an environment through precomputed visibility cuts (nonlinear cut approximation).
+// Relights a scene through cuts of a light tree (nonlinear cut approximation): by an environment, or by the
+// lights in it.
 #include <coppice/core/error.hpp>
 #include <coppice/embree/threads.hpp>
 #include <coppice/embree/tracer.hpp>
 #include <coppice/exr/exposure.hpp>
 #include <coppice/exr/write.hpp>
+#include <optional>
 #include <support/knobs.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
 #include <support/shader.hpp>
+#include <support/system.hpp>
 
 namespace coppice::program {
 namespace {
 
-struct Options {
-  CommonOptions common;
-  CutOptions cut;
-  std::string lights = "env";
-  Knobs knobs;
-  int frames = 1;
-  bool reference = false;
-};
+void add_light_options(CLI::App& app, SystemOptions& o) {
+  add_choice(app, "--lights", o.lights, light_words,
+             "what lights the scene: --env, the scene's own lights, or these and one bounce");
+  add_choice(app, "--visibility", o.visibility, visibility_words,
+             "of the scene's lights: precomputed cuts, or a shadow ray a cluster");
+  app.add_option("--emitters", o.emitters, "lights at most on shining surfaces")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 22))
+      ->capture_default_str();
+  app.add_option("--bounces", o.bounces, "lights at most on the surfaces that are lit, for --lights indirect")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 22))
+      ->capture_default_str();
+  app.add_option("--trace-tolerance", o.trace_tolerance,
+                 "of traced visibility: a cluster is split while it could add more than this share of the "
+                 "point's radiance")
+      ->check(finite_number)
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+}
 
-void add_options(CLI::App& app, Options& o) {
+void add_options(CLI::App& app, SystemOptions& o) {
   add_common_options(app, o.common);
+  app.get_option("--env")->required(false);
   add_compare_options(app, o.common);
   app.add_option("--out", o.common.out,
                  "EXR file to write; a tone-mapped PNG of the same name goes beside it")
@@ -30,9 +44,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--backend", o.common.backend, "where points are shaded")
       ->check(CLI::IsMember({"cpu", "vulkan"}))
       ->capture_default_str();
-  app.add_option("--lights", o.lights, "what lights the scene")
-      ->check(CLI::IsMember({"env"}))
-      ->capture_default_str();
+  add_light_options(app, o);
   app.add_option("--sigma", o.knobs.sigma, "error threshold of the visibility cuts (Eq. 6)")
       ->check(finite_number)
       ->check(CLI::Range(0.0, max_sigma))
@@ -53,9 +65,12 @@ void add_options(CLI::App& app, Options& o) {
                  "frames; above 1, frame i is turned by i times --rotate-env and numbered in its name")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  app.add_flag("--animate", o.animate, "plays the file's first animation over the frames");
+  app.add_option("--store", o.store,
+                 "HDF5 file that keeps the visibility: read where it fits scene and settings, else written");
   app.add_flag(
       "--reference", o.reference,
-      "also sum over all lights: adds the EXR layers reference and error, and both brute-force times");
+      "also sum over all lights: adds the EXR layers reference and error, and the time that it took");
   add_cut_options(app, o.cut);
 }
 
@@ -67,8 +82,22 @@ nlohmann::json knobs_json(const Knobs& k) {
           {"lobes", word_of(lobes_words, k.lobes)}};
 }
 
+nlohmann::json all_settings_json(const SystemOptions& o) {
+  nlohmann::json j = settings_json(o.common, o.cut);
+  j["light_count"] = j["lights"];
+  j.update(knobs_json(o.knobs));
+  j.update({{"lights", word_of(light_words, o.lights)},
+            {"visibility", word_of(visibility_words, o.visibility)},
+            {"emitters", o.emitters},
+            {"bounces", o.bounces},
+            {"trace_tolerance", o.trace_tolerance},
+            {"frames", o.frames},
+            {"animate", o.animate}});
+  return j;
+}
+
 /// out.exr, or out.0007.exr.
-std::filesystem::path frame_path(const Options& o, int frame) {
+std::filesystem::path frame_path(const SystemOptions& o, int frame) {
   std::filesystem::path path = o.common.out;
   if (o.frames == 1) return path;
   std::string number = std::to_string(frame);
@@ -76,15 +105,27 @@ std::filesystem::path frame_path(const Options& o, int frame) {
   return path.replace_extension("." + number + path.extension().string());
 }
 
-/// Radians by which frame i turns the environment.
-float turn_of_frame(const Options& o, int frame) {
-  return glm::radians(o.common.rotate_environment * float(o.frames > 1 ? frame : 1));
-}
-
 std::filesystem::path preview_path(std::filesystem::path image) { return image.replace_extension(".png"); }
 
+/// What does not go together.
+void check_combinations(const SystemOptions& o) {
+  if (o.lights == LightKind::environment && o.common.environment.empty())
+    throw InputError("--lights env", "needs a map", "name one with --env");
+  if (o.lights == LightKind::environment && o.visibility == Visibility::traced)
+    throw InputError("--visibility traced", "is for lights in the scene", "use --lights scene or indirect");
+  if (o.lights != LightKind::environment && o.visibility == Visibility::stored && o.animate)
+    throw InputError("--animate", "moves objects under --env, or where visibility is traced",
+                     "use --lights env or --visibility traced");
+  if (!o.store.empty() && o.visibility == Visibility::traced)
+    throw InputError("--store", "has nothing to keep where visibility is traced", "use --visibility stored");
+  if (o.common.backend != "cpu" && (o.animate || o.lights != LightKind::environment))
+    throw InputError("--backend " + o.common.backend, "shades resting scenes under --env",
+                     "use --backend cpu");
+}
+
 /// Whatever would stop the program after minutes of work.
-void check_before_work(const Options& o) {
+void check_before_work(const SystemOptions& o) {
+  check_combinations(o);
   if (o.common.out == preview_path(o.common.out))
     throw InputError(o.common.out.string(), "is the name of the preview", "let --out end in .exr");
   for (const int frame : {0, o.frames - 1}) {
@@ -92,95 +133,61 @@ void check_before_work(const Options& o) {
     require_writable(preview_path(frame_path(o, frame)));
   }
   if (!o.common.report.empty()) require_writable(o.common.report);
+  if (!o.store.empty()) require_writable(o.store);
   require_backend(o.common.backend);
 }
 
 /// One frame: times, image, and what --reference and --compare add.
-class FrameRenderer {
+class FrameWriter {
  public:
-  FrameRenderer(const Options& options, CutRelighting<>& relighting, Environment environment,
-                Image comparison, const Threads& threads)
-      : options_(options),
-        relighting_(relighting),
-        environment_(std::move(environment)),
-        threads_(threads),
-        shader_(make_shader(options.common.backend, relighting)),
-        counts_(counted_pixels(relighting.direct())),
-        comparison_(std::move(comparison)) {}
+  FrameWriter(const SystemOptions& options, System& system, Image comparison)
+      : options_(options), system_(system), comparison_(std::move(comparison)) {}
 
-  nlohmann::json render(int frame) {
-    environment_.rotation = turn_of_frame(options_, frame);
-    Stopwatch watch;
-    const FrameLighting lighting = relighting_.light(environment_, options_.knobs.nodes);
-    const double light = watch.lap();
-    std::vector<std::uint32_t> clusters(relighting_.buffer().points.size());
-    const std::vector<vec3> radiance = shader_->shade(lighting, threads_, clusters);
-    const double shade = watch.lap();
-    nlohmann::json j = {{"rotation_degrees", glm::degrees(environment_.rotation)},
-                        {"milliseconds", 1e3 * (light + shade)},
-                        {"milliseconds_lighting", 1e3 * light},
-                        {"milliseconds_shading", 1e3 * shade},
-                        {"illumination_nodes", lighting.ends.size()},
-                        {"clusters", summary_json(summary_of(clusters))}};
-    write(frame, radiance, clusters, lighting, j);
-    return j;
+  nlohmann::json write(int number) {
+    RenderedFrame frame = system_.render(number);
+    const auto counts = counted_pixels(frame.direct);
+    if (options_.reference) add_reference(frame, counts);
+    if (!comparison_.pixels.empty())
+      frame.report["compared"] =
+          errors_json(compare(frame.image, comparison_, counts, options_.common.compare_block));
+    std::vector<Layer> layers{
+        {"", frame.image}, {"A", frame.direct.coverage}, {"cut_size.Y", frame.cut_size}};
+    for (const auto& [name, image] : frame.parts) layers.push_back({name, image});
+    const std::filesystem::path path = frame_path(options_, number);
+    write_exr(path, frame.image.width, frame.image.height, layers);
+    write_png(preview_path(path), frame.image, exposure(frame));
+    return frame.report;
   }
 
  private:
-  void write(int frame, const std::vector<vec3>& radiance, const std::vector<std::uint32_t>& clusters,
-             const FrameLighting& lighting, nlohmann::json& j) {
-    const Image image = relighting_.image(radiance),
-                cut_size = resolve(relighting_.buffer(), options_.common.raster, as_vectors(clusters));
-    std::vector<float> cut_sizes;
-    for (const vec3& c : cut_size.pixels) cut_sizes.push_back(c.x);
-    std::vector<Layer> layers{{"", image}, {"A", relighting_.direct().coverage}, {"cut_size.Y", cut_sizes}};
-    Image reference, error(image.width, image.height);
-    if (options_.reference) {
-      reference = add_reference(lighting, image, j);
-      for (std::size_t i = 0; i < error.pixels.size(); ++i)
-        error.pixels[i] = image.pixels[i] - reference.pixels[i];
-      layers.push_back({"reference", reference});
-      layers.push_back({"error", error});
-    }
-    if (!comparison_.pixels.empty())
-      j["compared"] = errors_json(compare(image, comparison_, counts_, options_.common.compare_block));
-    const std::filesystem::path path = frame_path(options_, frame);
-    write_exr(path, image.width, image.height, layers);
-    write_png(preview_path(path), image, automatic_exposure(image, relighting_.direct().coverage));
+  void add_reference(RenderedFrame& frame, const std::vector<bool>& counts) {
+    Image reference = system_.reference(frame.report), error(frame.image.width, frame.image.height);
+    for (std::size_t i = 0; i < error.pixels.size(); ++i)
+      error.pixels[i] = frame.image.pixels[i] - reference.pixels[i];
+    frame.report["errors"] = errors_json(compare(frame.image, reference, counts, 1));
+    frame.parts.emplace_back("reference", std::move(reference));
+    frame.parts.emplace_back("error", std::move(error));
   }
 
-  Image add_reference(const FrameLighting& lighting, const Image& image, nlohmann::json& j) {
-    Stopwatch watch;
-    const auto skipping = relighting_.shade_by_brute_force<Skip::unseen>(lighting, threads_);
-    const double skip_seconds = watch.lap();
-    const auto plain = relighting_.shade_by_brute_force<Skip::nothing>(lighting, threads_);
-    const double plain_seconds = watch.lap();
-    const Image reference = relighting_.image(plain);
-    j["brute_force_milliseconds"] = {{"plain", 1e3 * plain_seconds}, {"skipping", 1e3 * skip_seconds}};
-    j["errors"] = errors_json(compare(image, reference, counts_, 1));
-    return reference;
+  /// That of the first frame, so that an animation does not flicker.
+  float exposure(const RenderedFrame& frame) {
+    if (!exposure_) exposure_ = automatic_exposure(frame.image, frame.direct.coverage);
+    return *exposure_;
   }
 
-  static std::vector<vec3> as_vectors(const std::vector<std::uint32_t>& values) {
-    std::vector<vec3> vectors;
-    for (const auto v : values) vectors.emplace_back(float(v));
-    return vectors;
-  }
-
-  const Options& options_;
-  CutRelighting<>& relighting_;
-  Environment environment_;
-  const Threads& threads_;
-  std::unique_ptr<Shader> shader_;
-  std::vector<bool> counts_;
+  const SystemOptions& options_;
+  System& system_;
   Image comparison_;
+  std::optional<float> exposure_;
 };
 
 void print_frame(int frame, const nlohmann::json& j) {
   std::fprintf(stderr, "frame %d: %.1f ms", frame, j["milliseconds"].get<double>());
   if (j.contains("errors"))
-    std::fprintf(stderr, ", relRMSE %.3f%% against all lights (plain %.0f ms, skipping %.0f ms)",
-                 100 * j["errors"]["rel_rmse"].get<double>(),
+    std::fprintf(stderr, ", relRMSE %.3f%%, mre %.3f%% against all lights",
+                 100 * j["errors"]["rel_rmse"].get<double>(), 100 * j["errors"]["mre"].get<double>());
+  if (j.contains("brute_force_milliseconds"))
+    std::fprintf(stderr, " (plain %.0f ms, skipping %.0f ms)",
                  j["brute_force_milliseconds"]["plain"].get<double>(),
                  j["brute_force_milliseconds"]["skipping"].get<double>());
   if (j.contains("compared"))
@@ -189,30 +196,28 @@ void print_frame(int frame, const nlohmann::json& j) {
   std::fprintf(stderr, "\n");
 }
 
-void render(const Options& o) {
+std::unique_ptr<System> make_system(const SystemOptions& o, Inputs& in, const EmbreeTracer& tracer,
+                                    const Threads& threads) {
+  return o.lights == LightKind::environment ? make_environment_system(o, in, tracer, threads)
+                                            : make_local_system(o, in, tracer, threads);
+}
+
+void render(const SystemOptions& o) {
   check_before_work(o);
-  const auto& kernels = kernels_of(o.cut);
+  kernels_of(o.cut);
   const Threads threads(o.common.threads);
-  Inputs in = load_inputs(o.common);
+  Inputs in = load_inputs(o.common, {.separate_moving = o.animate});
   Image comparison = o.common.compare.empty() ? Image() : read_comparison(o.common.compare, o.common.raster);
   in.environment.rotation = turn_of_frame(o, 0);
   const EmbreeTracer tracer(in.scene);
-  CutRelightingOptions settings = relighting_options(o.common, o.cut);
-  settings.cuts = {visibility_options(o.cut, o.knobs.sigma, o.knobs.cuts)};
-  settings.lobes = {o.knobs.lobes, o.cut.lobe_tolerance};
-  settings.keep_bits = o.reference;
-  CutRelighting<> relighting(in.scene, tracer, in.camera, in.environment, settings, threads,
-                             visibility_progress());
-  relighting.use(kernels);
-  FrameRenderer renderer(o, relighting, std::move(in.environment), std::move(comparison), threads);
+  const auto system = make_system(o, in, tracer, threads);
+  FrameWriter writer(o, *system, std::move(comparison));
   nlohmann::json report = {{"program", "cut_relighting"},
-                           {"settings", settings_json(o.common, o.cut)},
-                           {"preparation", preparation_json(relighting, in.scene)},
-                           {"visibility_cuts", cuts_json(relighting.cuts())},
+                           {"settings", all_settings_json(o)},
+                           {"preparation", system->preparation()},
                            {"warnings", in.scene.warnings}};
-  report["settings"].update(knobs_json(o.knobs));
   for (int frame = 0; frame < o.frames; ++frame) {
-    report["frames"].push_back(renderer.render(frame));
+    report["frames"].push_back(writer.write(frame));
     print_frame(frame, report["frames"].back());
   }
   if (!o.common.report.empty()) write_report(o.common.report, report);
@@ -223,9 +228,9 @@ void render(const Options& o) {
 
 int main(int argc, char** argv) {
   using namespace coppice::program;
-  CLI::App app("Relights a scene under an environment through precomputed visibility cuts.",
+  CLI::App app("Relights a scene through cuts of a light tree: by an environment, or by its own lights.",
                "cut_relighting");
-  Options options;
+  SystemOptions options;
   add_options(app, options);
   return run(app, argc, argv, [&] { render(options); });
 }

@@ -91,8 +91,20 @@ void add_cut_options(CLI::App& app, CutOptions& o) {
       ->capture_default_str();
   add_choice(app, "--receivers", o.receivers, scope_words,
              "receivers on what the camera sees, or everywhere");
+  app.add_option("--longest-edge", o.longest_edge,
+                 "pixels above which edges between receivers are always split; small for moving shadows")
+      ->check(finite_number)
+      ->check(CLI::Range(1.0f, 1e6f))
+      ->capture_default_str();
   app.add_option("--light-count", o.lights, "lights over the sphere")
       ->check(CLI::Range(1u, 1u << 20))
+      ->capture_default_str();
+  app.add_option(
+         "--beta", o.beta,
+         "how lights are clustered: 1 by their directions alone, 0 by which receivers see them, which "
+         "pilot rays tell; 0.5 for smaller visibility cuts")
+      ->check(finite_number)
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--lobe-tolerance", o.lobe_tolerance,
                  "of refined lobes: a cluster is split where its lobe may err by more than this share of the "
@@ -137,8 +149,9 @@ void require_writable(const std::filesystem::path& path) {
     throw InputError(path.string(), "exists and is not a regular file", "name another file");
 }
 
-Inputs load_inputs(const CommonOptions& options) {
-  Inputs in{load_gltf(options.scene), {}, read_environment(options.environment)};
+Inputs load_inputs(const CommonOptions& options, const LoadOptions& load) {
+  Inputs in{load_gltf(options.scene, load), {}, {}};
+  if (!options.environment.empty()) in.environment = read_environment(options.environment);
   for (const auto& warning : in.scene.warnings) std::cerr << "warning: " << warning << "\n";
   if (!in.scene.camera)
     std::cerr << "warning: " << options.scene.string() << ": no camera; looking at the whole scene from +Z\n";
@@ -154,16 +167,30 @@ CutRelightingOptions relighting_options(const CommonOptions& common, const CutOp
   o.seed = common.seed;
   o.refine = {cut.receiver_tolerance, cut.max_receivers};
   o.scope = cut.receivers;
+  o.longest_edge = cut.longest_edge;
+  o.beta = cut.beta;
   return o;
 }
 
-const ShadingKernels<std::uint8_t>& kernels_of(const CutOptions& cut) {
+namespace {
+
+InstructionSet instructions_of(const CutOptions& cut) {
   const auto supported = supported_instruction_sets();
   const InstructionSet set = cut.instructions.value_or(supported.back());
   if (std::ranges::find(supported, set) == supported.end())
     throw InputError(std::string("--instructions ") + name(set), "is not had by this processor",
                      "use --instructions auto");
-  return kernels_for<std::uint8_t>(set);
+  return set;
+}
+
+}  // namespace
+
+const ShadingKernels<std::uint8_t>& kernels_of(const CutOptions& cut) {
+  return kernels_for<std::uint8_t>(instructions_of(cut));
+}
+
+const ShadingKernels<std::uint16_t>& local_kernels_of(const CutOptions& cut) {
+  return kernels_for<std::uint16_t>(instructions_of(cut));
 }
 
 VisibilityCutOptions visibility_options(const CutOptions& cut, double sigma, const CutKind& kind) {

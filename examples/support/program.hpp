@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <coppice/gltf/load.hpp>
 #include <coppice/light/environment.hpp>
 #include <coppice/relight/cut_relighting.hpp>
 #include <coppice/scene/scene.hpp>
@@ -32,7 +33,9 @@ struct CutOptions {
   double receiver_tolerance = RefineOptions{}.tolerance;
   std::size_t max_receivers = RefineOptions{}.max_receivers;
   ReceiverScope receivers = ReceiverScope::seen;
+  float longest_edge = ViewOptions{}.longest_edge;  ///< pixels
   std::uint32_t lights = CutRelightingOptions{}.light_count;
+  float beta = CutRelightingOptions{}.beta;
   float lobe_tolerance = LobeOptions{}.tolerance;
   std::optional<InstructionSet> instructions{};  ///< none: the best of the processor
 };
@@ -52,19 +55,22 @@ int run(CLI::App& app, int argc, char** argv, const std::function<void()>& body)
 /// it.
 void require_writable(const std::filesystem::path& path);
 
-/// Scene and environment of the command line; their warnings go to stderr.
+/// Scene and, where one is named, environment of the command line; their warnings go to stderr.
 struct Inputs {
   Scene scene;
   Camera camera;
   Environment environment;
 };
-Inputs load_inputs(const CommonOptions& options);
+Inputs load_inputs(const CommonOptions& options, const LoadOptions& load = {});
 
 /// Settings of the library from those of the command line; `cuts` and `lobes` are left to the program.
 CutRelightingOptions relighting_options(const CommonOptions& common, const CutOptions& cut);
 
 /// The shading kernels of --instructions. Throws InputError where this processor or build lacks them.
 const ShadingKernels<std::uint8_t>& kernels_of(const CutOptions& cut);
+
+/// The same for lights in the scene.
+const ShadingKernels<std::uint16_t>& local_kernels_of(const CutOptions& cut);
 
 /// Visibility cuts of one threshold and kind.
 VisibilityCutOptions visibility_options(const CutOptions& cut, double sigma, const CutKind& kind);

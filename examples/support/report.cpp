@@ -25,23 +25,31 @@ json settings_json(const CommonOptions& c, const CutOptions& o) {
           {"receiver_tolerance", o.receiver_tolerance},
           {"max_receivers", o.max_receivers},
           {"receivers", word_of(scope_words, o.receivers)},
+          {"longest_edge", o.longest_edge},
+          {"beta", o.beta},
           {"lobe_tolerance", o.lobe_tolerance},
           {"instructions", word_of(instruction_words, o.instructions)}};
 }
 
 json preparation_json(const CutRelighting<>& relighting, const Scene& scene) {
   const PreparationReport& r = relighting.report();
-  return {
-      {"triangles", scene.mesh.triangles.size()},
-      {"instructions", relighting.kernels().instructions},
-      {"lights", relighting.directions().size()},
-      {"receivers", r.receivers},
-      {"receivers_before_refinement", r.unrefined_receivers},
-      {"shadow_rays", r.rays},
-      {"shading_points", relighting.buffer().points.size()},
-      {"shading_faces", relighting.buffer().faces.size()},
-      {"seconds",
-       {{"tree", r.tree}, {"camera", r.camera}, {"refinement", r.refinement}, {"visibility", r.visibility}}}};
+  return {{"triangles", scene.mesh.triangles.size()},
+          {"instructions", relighting.kernels().instructions},
+          {"lights", relighting.directions().size()},
+          {"receivers", r.receivers},
+          {"receivers_before_refinement", r.unrefined_receivers},
+          {"shadow_rays", r.rays},
+          {"pilot_receivers", r.pilot_receivers},
+          {"pilot_rays", r.pilot_rays},
+          {"shading_points", relighting.buffer().points.size()},
+          {"shading_faces", relighting.buffer().faces.size()},
+          {"seconds",
+           {{"tree", r.tree},
+            {"camera", r.camera},
+            {"refinement", r.refinement},
+            {"pilots", r.pilots},
+            {"data_driven_tree", r.data_driven_tree},
+            {"visibility", r.visibility}}}};
 }
 
 CountSummary summary_of(std::span<const std::uint32_t> counts) {
@@ -51,14 +59,6 @@ CountSummary summary_of(std::span<const std::uint32_t> counts) {
 }
 
 json summary_json(const CountSummary& s) { return {{"min", s.min}, {"mean", s.mean}, {"max", s.max}}; }
-
-json cuts_json(const MaskedCuts<std::uint8_t>& cuts) {
-  std::vector<std::uint32_t> pieces;
-  for (std::size_t i = 0; i < cuts.size(); ++i) pieces.push_back(std::uint32_t(cuts.piece_count(i)));
-  json j = summary_json(summary_of(pieces));
-  j["bytes"] = cuts.byte_count();
-  return j;
-}
 
 json errors_json(const ImageErrors& e) {
   return {

@@ -22,7 +22,14 @@ CountSummary summary_of(std::span<const std::uint32_t> counts);
 nlohmann::json summary_json(const CountSummary& summary);
 
 /// Minimum, mean and maximum pieces of a set of visibility cuts, and its bytes.
-nlohmann::json cuts_json(const MaskedCuts<std::uint8_t>& cuts);
+template <Quantised Value>
+nlohmann::json cuts_json(const MaskedCuts<Value>& cuts) {
+  std::vector<std::uint32_t> pieces;
+  for (std::size_t i = 0; i < cuts.size(); ++i) pieces.push_back(std::uint32_t(cuts.piece_count(i)));
+  nlohmann::json j = summary_json(summary_of(pieces));
+  j["bytes"] = cuts.byte_count();
+  return j;
+}
 nlohmann::json errors_json(const ImageErrors& errors);
 
 /// Pixels over which errors are counted: covered, and not showing an emitter.

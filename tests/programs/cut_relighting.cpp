@@ -301,3 +301,22 @@ TEST_CASE("the shortest program writes its image") {
   CHECK(place.run("first_light", "scene.glb").code == 2);
   check_refused(place, "first_light", "nowhere.glb sky.hdr image.exr", "nowhere.glb");
 }
+
+TEST_CASE("--beta clusters lights by what pilot receivers see, whose rays are traced once") {
+  const Workplace place;
+  const auto report_with = [&](const std::string& beta) {
+    const Image image = relit(place, "--report report.json --reference --cut-size 1024 --sigma 0.5" + beta);
+    CHECK(mean(image) > 0);
+    return json::parse(files::get(place / "report.json"));
+  };
+  const json geometric = report_with(""), mixed = report_with(" --beta 0.5");
+  CHECK(geometric["settings"]["beta"] == 1);
+  CHECK(geometric["preparation"]["pilot_rays"] == 0);
+  CHECK(mixed["settings"]["beta"] == 0.5);
+  CHECK(mixed["preparation"]["pilot_rays"] > 0);
+  CHECK(mixed["preparation"]["pilot_receivers"] > 0);
+  CHECK(mixed["preparation"]["shadow_rays"] == geometric["preparation"]["shadow_rays"]);
+  CHECK(mixed["visibility_cuts"] != geometric["visibility_cuts"]);
+  CHECK(mixed["frames"][0]["errors"]["rel_rmse"] < 0.05);
+  CHECK(place.relight("--out image.exr --beta 1.5").code == 2);
+}

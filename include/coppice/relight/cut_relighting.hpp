@@ -4,6 +4,7 @@
 
 #include <coppice/light/directions.hpp>
 #include <coppice/relight/compiled_kernels.hpp>
+#include <coppice/relight/pilot_visibility.hpp>
 #include <coppice/relight/prepared_view.hpp>
 #include <coppice/tree/build.hpp>
 #include <memory>
@@ -16,6 +17,8 @@ struct CutRelightingOptions : ViewOptions {
   std::vector<VisibilityCutOptions> cuts =
       std::vector<VisibilityCutOptions>(1);  ///< one set of visibility cuts for each, from the same rays
   std::uint32_t pilot_stride = 16;           ///< every how manieth light judges where to split
+  float beta = 1;  ///< of the tree (Cuts Eq. 13): 1 clusters lights by direction alone, 0 by who sees them
+  PilotOptions pilots;  ///< receivers whose visibility shapes the tree; for beta < 1
   LobeOptions lobes;
   bool keep_bits =
       false;  ///< keep dense visibility for the brute-force twins: light_count/8 bytes a receiver
@@ -23,8 +26,14 @@ struct CutRelightingOptions : ViewOptions {
 
 /// How long the preparation took, in seconds, and what it made.
 struct PreparationReport {
-  double tree = 0, camera = 0, refinement = 0, visibility = 0;
-  std::size_t receivers = 0, unrefined_receivers = 0, rays = 0;
+  double tree = 0;  ///< the geometric tree
+  double camera = 0, refinement = 0;
+  double pilots = 0;            ///< tracing the pilot receivers
+  double data_driven_tree = 0;  ///< from what they see
+  double visibility = 0;        ///< tracing the other receivers, and all cuts
+  std::size_t receivers = 0, unrefined_receivers = 0, pilot_receivers = 0;
+  std::size_t rays = 0;        ///< for visibility, those of pilots included
+  std::size_t pilot_rays = 0;  ///< traced for the tree, and used again for the pilots' own cuts
 };
 
 /// Fixed scene and camera, any environment. Construction traces visibility; light() and shade() are a frame.
@@ -43,7 +52,7 @@ class CutRelighting {
       : options_(options), lattice_(even_directions(options.light_count, options.seed)) {
     Stopwatch watch;
     directions_ = cells_for(first.map).centroids(first, lattice_);
-    build_light_tree();
+    take_tree(build_tree(GeometricMetric(light_samples())));
     report_.tree = watch.lap();
     view_ = prepare_view(scene, tracer, camera, options_, pilot(options_.pilot_stride),
                          pilot(8 * options_.pilot_stride), executor);
@@ -52,10 +61,36 @@ class CutRelighting {
     report_.unrefined_receivers = view_.unrefined_receivers;
     report_.receivers = view_.receivers.size();
     watch.lap();
+    const VisibilityRows known = options_.beta < 1 ? drive_tree_by_data(tracer, executor) : VisibilityRows();
+    watch.lap();
     visibility_ = precompute_visibility<Value>(tracer, tree_, *leaf_lights_, view_.receivers, options_.cuts,
-                                               options_.keep_bits, executor, progress);
-    report_.rays = visibility_.rays;
+                                               options_.keep_bits, executor, progress, known);
+    report_.rays = visibility_.rays + report_.pilot_rays;
     report_.visibility = watch.lap();
+  }
+
+  /// From what an earlier construction left (precomputed()): only camera rays are traced. `directions` by
+  /// light. Throws InputError where the camera sees what those receivers do not cover.
+  template <class Tracer, Executor E>
+  requires RayTracer<Tracer> CutRelighting(const Scene& scene, const Tracer& tracer, const Camera& camera,
+                                           LightTree tree, std::vector<vec3> directions,
+                                           ViewReceivers receivers, MaskedCuts<Value> cuts,
+                                           const CutRelightingOptions& options, const E& executor)
+      : options_(options),
+        lattice_(even_directions(options.light_count, options.seed)),
+        directions_(std::move(directions)) {
+    COPPICE_ASSERT(directions_.size() == lattice_.size() && cuts.size() == receivers.receivers.size());
+    take_tree(std::move(tree));
+    view_ = view_over(scene, tracer, camera, options_, std::move(receivers), executor);
+    report_.camera = view_.camera_seconds;
+    report_.receivers = report_.unrefined_receivers = view_.receivers.size();
+    visibility_.cuts.push_back(std::move(cuts));
+  }
+
+  /// By light: where the lights stand that a construction under `first` chooses. Costs about 0.3 s.
+  static std::vector<vec3> directions_for(const Environment& first, const CutRelightingOptions& options) {
+    const auto lattice = even_directions(options.light_count, options.seed);
+    return EnvironmentCells(lattice, first.map.width, first.map.height).centroids(first, lattice);
   }
 
   /// The frame's lights and its illumination cut of at most max_nodes, for the cuts of options.cuts[which].
@@ -114,6 +149,7 @@ class CutRelighting {
   std::span<const Receiver> receivers() const { return view_.receivers; }
   const MaskedCuts<Value>& cuts(std::size_t which = 0) const { return visibility_.cuts[which]; }
   std::span<const std::uint64_t> bits() const { return visibility_.bits; }
+  const PreparedView& view() const { return view_; }
   const ShadingBuffer& buffer() const { return view_.buffer; }
   const DirectImage& direct() const { return view_.direct; }
   const PreparationReport& report() const { return report_; }
@@ -125,12 +161,30 @@ class CutRelighting {
     return *cells_;
   }
 
-  void build_light_tree() {
+  std::vector<LightSample> light_samples() const {
     std::vector<LightSample> samples;
     samples.reserve(directions_.size());
     for (const vec3& d : directions_) samples.push_back({d, vec3(0)});
-    tree_ = build_tree(GeometricMetric(samples));
+    return samples;
+  }
+
+  void take_tree(LightTree tree) {
+    tree_ = std::move(tree);
     leaf_lights_ = std::make_unique<DirectionPackets>(leaf_directions(tree_, directions_));
+  }
+
+  /// Returns what the pilots see, in the order of the new tree's leaves.
+  template <Occluder O, Executor E>
+  VisibilityRows drive_tree_by_data(const O& occluder, const E& executor) {
+    Stopwatch watch;
+    PilotVisibility pilot = trace_pilots(occluder, *leaf_lights_, view_.receivers, options_.pilots, executor);
+    report_.pilot_receivers = pilot.rows.size();
+    report_.pilot_rays = pilot.rays;
+    report_.pilots = watch.lap();
+    take_tree(
+        build_data_driven_tree(light_samples(), tree_, pilot, options_.beta, options_.pilots, executor));
+    report_.data_driven_tree = watch.lap();
+    return std::move(pilot.rows);
   }
 
   /// Every so manieth light, in the order of the leaves: even over the sphere.

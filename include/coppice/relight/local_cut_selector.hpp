@@ -3,6 +3,7 @@
 
 #include <coppice/relight/local_light_packets.hpp>
 #include <coppice/relight/visibility_cut_selector.hpp>
+#include <coppice/tree/aggregate.hpp>
 
 namespace coppice {
 
@@ -37,8 +38,9 @@ class LocalCutSelector {
 
   std::uint32_t granule_log2() const { return granule_log2_; }
 
-  /// Bits by leaf rank.
+  /// Bits by leaf rank. Without lights there are no pieces.
   LocalCut select(std::span<const std::uint64_t> bits, const Receiver& receiver) {
+    if (granule_count_ == 0) return {};
     double squares = 0;
     for (std::uint32_t g = 0; g < granule_count_; ++g)
       nodes_[granule_count_ + g] = granule_moments(bits, receiver, g, squares);
@@ -99,7 +101,8 @@ struct LocalCuts {
 template <Occluder O, Executor E>
 LocalCuts precompute_local_cuts(const O& occluder, const LightTree& tree, const LocalLightPackets& lights,
                                 std::span<const Receiver> receivers, const VisibilityCutOptions& options,
-                                const E& executor, const Progress& progress = {}) {
+                                const E& executor, const Progress& progress = {},
+                                const VisibilityRows& known = {}) {
   COPPICE_ASSERT(lights.count() == tree.leaf_count());
   LocalCuts result{
       MaskedCuts<std::uint16_t>(tree.leaf_count(), local_granule_log2(tree.leaf_count())), {}, 0};
@@ -115,7 +118,7 @@ LocalCuts precompute_local_cuts(const O& occluder, const LightTree& tree, const 
     }
     if (progress) progress(first + count, receivers.size());
   };
-  result.rays = for_each_visibility(occluder, lights, receivers, executor, select, store);
+  result.rays = for_each_visibility(occluder, lights, receivers, executor, select, store, known);
   return result;
 }
 

@@ -7,8 +7,8 @@
 
 namespace coppice {
 
-/// Lights in packets of 16 in the order given, as structure of arrays. A light of no intensity gives nothing
-/// to anyone and is never traced; padding leaves are such lights.
+/// Lights in packets of 16 in the order given, as structure of arrays. Lights that are off are traced as if
+/// they were on; padding leaves have no place, give nothing to anyone and are never traced.
 class LocalLightPackets {
  public:
   explicit LocalLightPackets(std::span<const LocalLight> lights) : count_(std::uint32_t(lights.size())) {
@@ -51,7 +51,7 @@ class LocalLightPackets {
   }
 
   /// emission / (distance² + area/π) of light i at a point: what a sensor that faces it receives of its
-  /// intensity where nothing is in between. 0 for lights of no intensity.
+  /// intensity where nothing is in between. 0 at the light itself, and of padding.
   float geometry(std::uint32_t i, const vec3& point) const { return arrival(i, point).geometry; }
 
   /// Times the cosine to a unit normal, 0 below its horizon.

@@ -10,7 +10,7 @@ namespace coppice {
 
 /// The lights as the geometric metric sees them: positions, and normals where they have one. Lights at
 /// infinity stand on a ball around the scene.
-inline std::vector<LightSample> light_samples(std::span<const LocalLight> lights) {
+inline std::vector<LightSample> metric_samples(std::span<const LocalLight> lights) {
   std::vector<LightSample> samples;
   samples.reserve(lights.size());
   for (const LocalLight& l : lights) samples.push_back({l.position, normalize_or(l.axis, vec3(0))});
@@ -115,8 +115,15 @@ class LocalLighting {
   void write_node(std::uint32_t h) {
     const detail::LocalLightSum& s = sums_[h];
     frame_.nodes[h] = {vec3(s.power), float(s.variance), vec3(s.position), float(s.w)};
-    emissions_[h] = {vec3(s.axis),       float(s.offset), float(s.square),
-                     float(s.softening), float(s.radius), float(s.luminance)};
+    emissions_[h] = {
+        vec3(s.axis),      float(s.offset), float(s.square), float(s.softening), radius(s, vec3(s.position)),
+        float(s.luminance)};
+  }
+  /// Of a ball around the rounded mean position.
+  static float radius(const detail::LocalLightSum& s, const vec3& centre) {
+    const double exact = s.radius + glm::length(glm::dvec3(centre) - s.position);
+    return exact > 0 ? std::nextafter(float(exact * (1 + 1e-12)), std::numeric_limits<float>::infinity())
+                     : 0.0f;
   }
 
   const LightTree* tree_ = nullptr;

@@ -1,6 +1,7 @@
 // What one camera sees of a scene, and the receivers under it.
 #pragma once
 
+#include <coppice/core/error.hpp>
 #include <coppice/core/stopwatch.hpp>
 #include <coppice/relight/deferred.hpp>
 #include <coppice/relight/refine.hpp>
@@ -52,30 +53,54 @@ inline std::vector<SidedTriangle> receiver_sides(const Scene& scene, std::span<c
 
 }  // namespace detail
 
+/// Receivers on the faces around what the camera sees.
+struct ViewReceivers {
+  ReceiverMesh mesh;
+  std::vector<Receiver> receivers;  ///< at the corners of the mesh
+};
+
+/// The view over receivers that are there already. Throws InputError where the camera sees a side that their
+/// mesh lacks.
+template <RayTracer Tracer, Executor E>
+PreparedView view_over(const Scene& scene, const Tracer& tracer, const Camera& camera,
+                       const ViewOptions& options, ViewReceivers known, const E& executor) {
+  PreparedView view;
+  Stopwatch watch;
+  const auto hits = trace_camera(tracer, camera, options.raster, executor);
+  for (const SidedTriangle& side : sides_seen(scene.mesh, hits))
+    if (!known.mesh.has(side))
+      throw InputError("the receivers", "do not cover what the camera sees", "compute them anew");
+  view.direct = direct_image(scene, options.raster, hits);
+  view.mesh = std::move(known.mesh);
+  view.receivers = std::move(known.receivers);
+  view.unrefined_receivers = view.receivers.size();
+  view.buffer = make_shading_buffer(scene, view.mesh, hits, options.shading, executor);
+  view.camera_seconds = watch.lap();
+  return view;
+}
+
 /// `pilot` judges where edges are split, `few` (fewer lights) which receivers lie buried.
 template <class Tracer, LightPackets L, Executor E>
 requires Occluder<Tracer> && RayTracer<Tracer> PreparedView
 prepare_view(const Scene& scene, const Tracer& tracer, const Camera& camera, const ViewOptions& options,
              const L& pilot, const L& few, const E& executor) {
-  PreparedView view;
   Stopwatch watch;
   const auto hits = trace_camera(tracer, camera, options.raster, executor);
-  view.direct = direct_image(scene, options.raster, hits);
-  view.camera_seconds = watch.lap();
-  view.mesh = ReceiverMesh(scene.mesh, detail::receiver_sides(scene, hits, options.scope));
-  view.unrefined_receivers = view.mesh.corners().size();
+  ViewReceivers made{ReceiverMesh(scene.mesh, detail::receiver_sides(scene, hits, options.scope)), {}};
+  const std::size_t unrefined = made.mesh.corners().size();
   const float pixel = camera.pixel_angle(options.raster.height);
   const auto limits = [&](const vec3& p) {
     const float footprint = pixel * length(p - camera.position);
     return EdgeLimits{options.shortest_edge * footprint, options.longest_edge * footprint};
   };
-  refine_receivers(view.mesh, tracer, pilot, options.refine, limits, executor);
-  view.receivers = corner_receivers(view.mesh);
-  mark_bumpy_receivers(scene, view.mesh, view.receivers);
-  free_buried_receivers(tracer, few, view.receivers, executor);
-  view.refinement_seconds = watch.lap();
-  view.buffer = make_shading_buffer(scene, view.mesh, hits, options.shading, executor);
-  view.camera_seconds += watch.lap();
+  refine_receivers(made.mesh, tracer, pilot, options.refine, limits, executor);
+  made.receivers = corner_receivers(made.mesh);
+  mark_bumpy_receivers(scene, made.mesh, made.receivers);
+  free_buried_receivers(tracer, few, made.receivers, executor);
+  const double seconds = watch.lap();
+  PreparedView view = view_over(scene, tracer, camera, options, std::move(made), executor);
+  view.unrefined_receivers = unrefined;
+  view.refinement_seconds = seconds;
   return view;
 }
 

@@ -14,7 +14,7 @@ namespace coppice {
 
 struct TracedOptions {
   /// A cluster is split while it could add more than this share of the point's radiance, both as luminance.
-  float tolerance = 0.02f;
+  float tolerance = 0.05f;
   std::uint64_t seed = 0;  ///< of the choice of representatives
 };
 
@@ -114,8 +114,9 @@ class TracedShader {
       chosen_.clear();
       descend(bounds, 1, limit);
       const vec3 first = trace(point, position, index, brdf, rays);
-      const float finer = options_.tolerance * luminance(first);
-      if (finer > 0.5f * limit) return first;
+      const float finer =
+          std::max(options_.tolerance * luminance(first), limit / 8);  // also where all is dark
+      if (finer >= 0.5f * limit) return first;
       coarse_.swap(chosen_);
       chosen_.clear();
       for (const Chosen& c : coarse_)
