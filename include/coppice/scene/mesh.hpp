@@ -1,4 +1,4 @@
-// Triangles of the whole scene in world space, one set of flat arrays.
+// Triangles, one set of flat arrays.
 #pragma once
 
 #include <coppice/core/math.hpp>
@@ -7,7 +7,8 @@
 
 namespace coppice {
 
-/// Vertices and triangles in world space, units of the file (metres in glTF).
+/// Vertices and triangles in world space, or in the frame of an object that moves; units of the file (metres
+/// in glTF).
 struct Mesh {
   std::vector<vec3> positions;   ///< a vertex
   std::vector<vec3> normals;     ///< a vertex; unit shading normals
