@@ -13,6 +13,8 @@ namespace {
 
 using Properties = vk::MemoryPropertyFlagBits;
 
+constexpr std::size_t largest_staging = std::size_t(64) << 20;  // bytes
+
 vk::MemoryPropertyFlags required_properties(Memory memory) {
   if (memory == Memory::device) return Properties::eDeviceLocal;
   return Properties::eHostVisible | Properties::eHostCoherent;
@@ -161,6 +163,10 @@ void Commands::copy(const Buffer& from, std::size_t from_offset, const Buffer& t
   state_->buffer.copyBuffer(*from.state().buffer, *to.state().buffer, range);
 }
 
+void Commands::fill_with_zeros(const Buffer& buffer) {
+  state_->buffer.fillBuffer(*buffer.state().buffer, 0, VK_WHOLE_SIZE, 0);
+}
+
 void Commands::barrier() {
   using Stage = vk::PipelineStageFlagBits;
   using Access = vk::AccessFlagBits;
@@ -214,14 +220,24 @@ std::uint32_t max_group_count(const VulkanDevice& device) {
 }
 
 void upload(const VulkanDevice& device, std::span<const std::byte> bytes, const Buffer& to) {
-  constexpr std::size_t largest = std::size_t(64) << 20;
-  const Buffer staging(device, Memory::upload, std::min(bytes.size(), largest));
-  for (std::size_t offset = 0; offset < bytes.size(); offset += largest) {
-    const auto part = bytes.subspan(offset, std::min(largest, bytes.size() - offset));
+  const Buffer staging(device, Memory::upload, std::min(bytes.size(), largest_staging));
+  for (std::size_t offset = 0; offset < bytes.size(); offset += largest_staging) {
+    const auto part = bytes.subspan(offset, std::min(largest_staging, bytes.size() - offset));
     std::memcpy(staging.mapped().data(), part.data(), part.size());
     Commands commands(device);
     commands.copy(staging, 0, to, offset, part.size());
     commands.submit();
+  }
+}
+
+void download(const VulkanDevice& device, const Buffer& from, std::span<std::byte> bytes) {
+  const Buffer staging(device, Memory::download, std::min(bytes.size(), largest_staging));
+  for (std::size_t offset = 0; offset < bytes.size(); offset += largest_staging) {
+    const auto part = bytes.subspan(offset, std::min(largest_staging, bytes.size() - offset));
+    Commands commands(device);
+    commands.copy(from, offset, staging, 0, part.size());
+    commands.submit();
+    std::memcpy(part.data(), staging.mapped().data(), part.size());
   }
 }
 

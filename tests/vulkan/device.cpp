@@ -3,7 +3,7 @@
 #include <array>
 #include <coppice/vulkan/device.hpp>
 
-#include "random_input.hpp"
+#include "random_local_input.hpp"
 
 using namespace coppice;
 using namespace coppice::test;
@@ -74,6 +74,11 @@ std::vector<vec3> shade_some(VulkanDevice& device) {
   return CutShader(device, input.view()).shade(input.frame.nodes, input.frame.mask).radiance;
 }
 
+std::vector<vec3> shade_some_locally(VulkanDevice& device) {
+  const auto input = random_local_input({.leaf_count = 512, .granule_log2 = 3, .point_count = 70});
+  return LocalCutShader(device, input.view()).shade(input.frame.nodes, input.frame.mask).radiance;
+}
+
 }  // namespace
 
 TEST_CASE("a device has a name, by which it can be chosen") {
@@ -120,5 +125,6 @@ TEST_CASE("the validation layer has nothing to say") {
   if (!has_device({.validation = true})) return;
   VulkanDevice device({.validation = true});
   CHECK(!shade_some(device).empty());
+  CHECK(!shade_some_locally(device).empty());
   for (const std::string& message : device.validation_messages()) FAIL_CHECK(message);
 }

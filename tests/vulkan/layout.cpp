@@ -1,5 +1,5 @@
-// The structs that C++ and GLSL share, as the compiled kernel sees them.
-#include <coppice/shared/cut_shade.h>
+// The structs that C++ and GLSL share, as the compiled kernels see them.
+#include <coppice/shared/cut_product.h>
 #include <doctest/doctest.h>
 #include <spirv_cross_c.h>
 
@@ -48,19 +48,15 @@ class Reflection {
   Reflection(const Reflection&) = delete;
   Reflection& operator=(const Reflection&) = delete;
 
+  /// Members of members are named as in C++: "outer.inner".
   Offsets parameter_offsets() const { return offsets(parameters_); }
 
   /// The array behind the address that the parameter `name` holds.
   ArrayLayout array(const std::string& name) const {
-    for (unsigned i = 0; i < spvc_type_get_num_member_types(type(parameters_)); ++i) {
-      if (name != spvc_compiler_get_member_name(compiler_, parameters_, i)) continue;
-      const spvc_type_id block = member_type(parameters_, i);
-      unsigned stride = 0;
-      ok(spvc_compiler_type_struct_member_array_stride(compiler_, type(block), 0, &stride));
-      return {stride, offsets(member_type(block, 0))};
-    }
-    FAIL("no parameter of the name " << name);
-    return {};
+    const spvc_type_id block = blocks(parameters_).at(name);
+    unsigned stride = 0;
+    ok(spvc_compiler_type_struct_member_array_stride(compiler_, type(block), 0, &stride));
+    return {stride, offsets(member_type(block, 0))};
   }
 
  private:
@@ -81,13 +77,42 @@ class Reflection {
     return list[0].base_type_id;
   }
 
-  Offsets offsets(spvc_type_id parent) const {
-    Offsets result;
+  std::string member_name(spvc_type_id parent, unsigned index) const {
+    return spvc_compiler_get_member_name(compiler_, parent, index);
+  }
+
+  bool is_address(spvc_type_id parent, unsigned index) const {
+    return spvc_type_get_storage_class(type(spvc_type_get_member_type(type(parent), index))) ==
+           SpvStorageClassPhysicalStorageBuffer;
+  }
+
+  /// Calls visit(name, offset, type) for each member of `parent`, and of the structs in it.
+  template <class Visit>
+  void for_each_member(spvc_type_id parent, Visit&& visit, const std::string& prefix = "",
+                       std::size_t first = 0) const {
     for (unsigned i = 0; i < spvc_type_get_num_member_types(type(parent)); ++i) {
+      const std::string name = prefix + member_name(parent, i);
       unsigned offset = 0;
       ok(spvc_compiler_type_struct_member_offset(compiler_, type(parent), i, &offset));
-      result[spvc_compiler_get_member_name(compiler_, parent, i)] = offset;
+      const spvc_type_id member = member_type(parent, i);
+      if (!is_address(parent, i) && spvc_type_get_basetype(type(member)) == SPVC_BASETYPE_STRUCT)
+        for_each_member(member, visit, name + ".", first + offset);
+      else
+        visit(name, first + offset, member);
     }
+  }
+
+  Offsets offsets(spvc_type_id parent) const {
+    Offsets result;
+    for_each_member(parent,
+                    [&](const auto& name, std::size_t offset, spvc_type_id) { result[name] = offset; });
+    return result;
+  }
+
+  /// What addresses point to, by the name of the member that holds them.
+  std::map<std::string, spvc_type_id> blocks(spvc_type_id parent) const {
+    std::map<std::string, spvc_type_id> result;
+    for_each_member(parent, [&](const auto& name, std::size_t, spvc_type_id id) { result[name] = id; });
     return result;
   }
 
@@ -96,36 +121,92 @@ class Reflection {
   spvc_type_id parameters_ = 0;
 };
 
-const Reflection& cut_shade() {
-  static const Reflection reflection(COPPICE_SHADER_DIR "/cut_shade.spv");
-  return reflection;
-}
+#define KERNEL(name)                                                         \
+  const Reflection& name() {                                                 \
+    static const Reflection reflection(COPPICE_SHADER_DIR "/" #name ".spv"); \
+    return reflection;                                                       \
+  }
+KERNEL(cut_shade)
+KERNEL(local_cut_shade)
+KERNEL(cut_ranks)
+KERNEL(cut_product_masks)
+KERNEL(cut_product_values)
 
 #define MEMBER(name) \
   { #name, offsetof(Struct, name) }
 
+Offsets with(Offsets all, const Offsets& more) {
+  all.insert(more.begin(), more.end());
+  return all;
+}
+
+template <class Struct>
+Offsets shading_offsets() {
+  return {MEMBER(shading.cuts.masks),
+          MEMBER(shading.cuts.first_value),
+          MEMBER(shading.cuts.values),
+          MEMBER(shading.faces),
+          MEMBER(shading.points),
+          MEMBER(shading.illumination_ends),
+          MEMBER(shading.illumination_granules),
+          MEMBER(shading.radiance),
+          MEMBER(shading.cluster_count),
+          MEMBER(shading.leaf_count),
+          MEMBER(shading.granule_log2),
+          MEMBER(shading.lobes),
+          MEMBER(shading.tolerance),
+          MEMBER(range.begin),
+          MEMBER(range.end),
+          MEMBER(nodes)};
+}
+
+template <class Struct>
+Offsets product_offsets() {
+  return {MEMBER(product.base.masks),
+          MEMBER(product.base.first_value),
+          MEMBER(product.base.values),
+          MEMBER(product.factors.masks),
+          MEMBER(product.factors.first_value),
+          MEMBER(product.factors.values),
+          MEMBER(product.factor_ranks),
+          MEMBER(product.first_factor),
+          MEMBER(product.blends),
+          MEMBER(masks),
+          MEMBER(range.begin),
+          MEMBER(range.end),
+          MEMBER(words)};
+}
+
 }  // namespace
 
-TEST_CASE("the kernel's parameters have the offsets of C++") {
-  using Struct = CutShadeParameters;
-  const Offsets expected{MEMBER(visibility_masks),
-                         MEMBER(first_value),
-                         MEMBER(values),
-                         MEMBER(horizons),
-                         MEMBER(faces),
-                         MEMBER(points),
-                         MEMBER(nodes),
-                         MEMBER(illumination_ends),
-                         MEMBER(illumination_granules),
-                         MEMBER(radiance),
-                         MEMBER(cluster_count),
-                         MEMBER(leaf_count),
-                         MEMBER(granule_log2),
-                         MEMBER(lobes),
-                         MEMBER(tolerance),
-                         MEMBER(first_point),
-                         MEMBER(end_point)};
-  CHECK(cut_shade().parameter_offsets() == expected);
+TEST_CASE("the parameters of the shading kernels have the offsets of C++") {
+  {
+    using Struct = CutShadeParameters;
+    CHECK(cut_shade().parameter_offsets() == with(shading_offsets<Struct>(), {MEMBER(horizons)}));
+  }
+  {
+    using Struct = LocalCutShadeParameters;
+    CHECK(local_cut_shade().parameter_offsets() ==
+          with(shading_offsets<Struct>(), {MEMBER(scales), MEMBER(positions)}));
+  }
+}
+
+TEST_CASE("the parameters of the kernels of products have the offsets of C++") {
+  {
+    using Struct = CutRanksParameters;
+    const Offsets expected{MEMBER(masks),       MEMBER(first_value), MEMBER(ranks),
+                           MEMBER(range.begin), MEMBER(range.end),   MEMBER(words)};
+    CHECK(cut_ranks().parameter_offsets() == expected);
+  }
+  {
+    using Struct = ProductMasksParameters;
+    CHECK(cut_product_masks().parameter_offsets() == with(product_offsets<Struct>(), {MEMBER(counts)}));
+  }
+  {
+    using Struct = ProductValuesParameters;
+    CHECK(cut_product_values().parameter_offsets() ==
+          with(product_offsets<Struct>(), {MEMBER(base_ranks), MEMBER(ranks), MEMBER(values)}));
+  }
 }
 
 TEST_CASE("LightNode has the offsets and the stride of C++") {
@@ -134,6 +215,14 @@ TEST_CASE("LightNode has the offsets and the stride of C++") {
   const ArrayLayout layout = cut_shade().array("nodes");
   CHECK(layout.offsets == expected);
   CHECK(layout.stride == sizeof(LightNode));
+}
+
+TEST_CASE("LocalLightNode has the offsets and the stride of C++") {
+  using Struct = LocalLightNode;
+  const Offsets expected{MEMBER(power), MEMBER(variance), MEMBER(position), MEMBER(w)};
+  const ArrayLayout layout = local_cut_shade().array("nodes");
+  CHECK(layout.offsets == expected);
+  CHECK(layout.stride == sizeof(LocalLightNode));
 }
 
 TEST_CASE("ReceiverHorizon has the offsets and the stride of C++") {
@@ -149,22 +238,46 @@ TEST_CASE("ShadingPoint has the offsets and the stride of C++") {
   const Offsets expected{MEMBER(normal),    MEMBER(alpha_x),  MEMBER(tangent), MEMBER(alpha_y),
                          MEMBER(to_viewer), MEMBER(brdf),     MEMBER(diffuse), MEMBER(weight_0),
                          MEMBER(specular),  MEMBER(weight_1), MEMBER(fresnel), MEMBER(face)};
-  const ArrayLayout layout = cut_shade().array("points");
-  CHECK(layout.offsets == expected);
-  CHECK(layout.stride == sizeof(ShadingPoint));
+  for (const auto* kernel : {&cut_shade(), &local_cut_shade()}) {
+    const ArrayLayout layout = kernel->array("shading.points");
+    CHECK(layout.offsets == expected);
+    CHECK(layout.stride == sizeof(ShadingPoint));
+  }
 }
 
 TEST_CASE("ShadingFace has the offsets and the stride of C++") {
   using Struct = ShadingFace;
   const Offsets expected{MEMBER(receivers), MEMBER(first_point)};
-  const ArrayLayout layout = cut_shade().array("faces");
-  CHECK(layout.offsets == expected);
-  CHECK(layout.stride == sizeof(ShadingFace));
+  for (const auto* kernel : {&cut_shade(), &local_cut_shade()}) {
+    const ArrayLayout layout = kernel->array("shading.faces");
+    CHECK(layout.offsets == expected);
+    CHECK(layout.stride == sizeof(ShadingFace));
+  }
 }
 
-TEST_CASE("words, counts and radiance lie as densely as in C++") {
-  for (const char* name : {"visibility_masks", "first_value", "values", "illumination_ends",
-                           "illumination_granules", "cluster_count"})
-    CHECK(cut_shade().array(name).stride == sizeof(std::uint32_t));
-  CHECK(cut_shade().array("radiance").stride == sizeof(vec3));
+TEST_CASE("ProductFactor has the offsets and the stride of C++") {
+  using Struct = ProductFactor;
+  const Offsets expected{MEMBER(cuts), MEMBER(weights), MEMBER(count)};
+  for (const auto* kernel : {&cut_product_masks(), &cut_product_values()}) {
+    const ArrayLayout layout = kernel->array("product.blends");
+    CHECK(layout.offsets == expected);
+    CHECK(layout.stride == sizeof(ProductFactor));
+  }
+}
+
+TEST_CASE("words, counts, positions and radiance lie as densely as in C++") {
+  for (const auto* kernel : {&cut_shade(), &local_cut_shade()}) {
+    for (const char* name :
+         {"shading.cuts.masks", "shading.cuts.first_value", "shading.cuts.values",
+          "shading.illumination_ends", "shading.illumination_granules", "shading.cluster_count"})
+      CHECK(kernel->array(name).stride == sizeof(std::uint32_t));
+    CHECK(kernel->array("shading.radiance").stride == sizeof(vec3));
+  }
+  CHECK(local_cut_shade().array("scales").stride == sizeof(float));
+  CHECK(local_cut_shade().array("positions").stride == sizeof(vec3));
+  for (const char* name : {"masks", "first_value", "ranks"})
+    CHECK(cut_ranks().array(name).stride == sizeof(std::uint32_t));
+  for (const char* name :
+       {"masks", "ranks", "base_ranks", "values", "product.first_factor", "product.factor_ranks"})
+    CHECK(cut_product_values().array(name).stride == sizeof(std::uint32_t));
 }

@@ -3,8 +3,9 @@
 
 #include <coppice/shared/layout.h>
 
+#include <coppice/cut/quantise.hpp>
 #include <coppice/relight/lobes.hpp>
-#include <coppice/vulkan/device.hpp>
+#include <coppice/vulkan/device_cuts.hpp>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,20 +13,25 @@
 
 namespace coppice {
 
-/// What stays the same from frame to frame. A granule is 1 << granule_log2 leaves. A receiver's visibility
-/// cut is a mask of max(1, leaf_count / granule / 32) words and a byte for each of its ends, in their order:
-/// visibility · 255. Bit k of the mask says that the cut has the end of granule k, which is leaf
-/// (k + 1) · granule. The last end, leaf_count, is always there.
-struct CutShadeInput {
+/// What stays the same from frame to frame, for all kinds of lights. A granule is 1 << granule_log2 leaves. A
+/// receiver's cut is a mask of max(1, leaf_count / granule / 32) words and a value for each of its ends, in
+/// their order. Bit k of the mask says that the cut has the end of granule k, which is leaf (k + 1) ·
+/// granule. The last end, leaf_count, is always there.
+template <Quantised Value>
+struct CutShadeInputOf {
   std::uint32_t leaf_count = 1;                     ///< of the light tree: a power of two
   std::uint32_t granule_log2 = 0;                   ///< 0 … 5; a granule is at most the whole tree
   std::span<const std::uint32_t> visibility_masks;  ///< by receiver
   std::span<const std::uint32_t> first_value;       ///< by receiver: index into values
-  std::span<const std::uint8_t> values;
-  std::span<const ReceiverHorizon> horizons;  ///< by receiver: it sees no cluster whose direction lies below
+  std::span<const Value> values;
   std::span<const ShadingFace> faces;
   std::span<const ShadingPoint> points;          ///< sorted by face, for speed
   std::uint32_t points_per_dispatch = 1u << 20;  ///< at least 1; smaller keeps a display responsive
+};
+
+/// Values are visibility · 255. Where there are no cuts at all, set_cuts comes before shade.
+struct CutShadeInput : CutShadeInputOf<std::uint8_t> {
+  std::span<const ReceiverHorizon> horizons;  ///< by receiver: it sees no cluster whose direction lies below
 };
 
 struct CutShadeResult {
@@ -44,6 +50,9 @@ class CutShader {
   ~CutShader();
   CutShader(CutShader&&) noexcept;
   CutShader& operator=(CutShader&&) noexcept;
+
+  /// Other cuts of the same receivers, tree and granule: those of objects that move, or products.
+  void set_cuts(DeviceCuts cuts);
 
   /// Shades all points under the lighting `nodes`, 2 · leaf_count of them by heap id; where lobes are
   /// refined, leaves have spread 0. Bit e - 1 of `illumination_mask`, max(1, leaf_count / 32) words, says
