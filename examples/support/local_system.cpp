@@ -5,6 +5,7 @@
 #include <coppice/scene/pose.hpp>
 #include <optional>
 #include <support/report.hpp>
+#include <support/shader.hpp>
 #include <support/system.hpp>
 #include <support/visibility_store.hpp>
 
@@ -18,7 +19,8 @@ struct LightSet {
   std::string name;
   std::vector<LocalLight> lights;
   std::unique_ptr<LocalRelighting> stored{};
-  LightTree tree{};  // of traced lights
+  std::unique_ptr<LocalShader> shader{};  // of stored
+  LightTree tree{};                       // of traced lights
   std::unique_ptr<LocalLighting> traced{};
 };
 
@@ -134,6 +136,7 @@ class LocalSystem : public System {
         set.stored = new_relighting(set, store, part, places);
       set.stored->use(local_kernels_of(options_.cut));
       set.stored->set_cut(options_.knobs.nodes);
+      set.shader = make_local_shader(options_.common.backend, view_, *set.stored);
     }
     store_note_ = store.note();
   }
@@ -206,7 +209,7 @@ class LocalSystem : public System {
   }
 
   std::vector<vec3> shade(LightSet& set, std::vector<std::uint32_t>& counts) const {
-    if (set.stored) return set.stored->shade(threads_, counts);
+    if (set.shader) return set.shader->shade(threads_, counts);
     return shade_traced(view_.buffer, *set.traced, *tracer_,
                         {.tolerance = options_.trace_tolerance, .seed = options_.common.seed}, threads_,
                         counts);

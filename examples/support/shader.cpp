@@ -2,6 +2,7 @@
 #include <support/shader.hpp>
 #ifdef COPPICE_HAS_VULKAN
 #include <coppice/vulkan/cut_shader.hpp>
+#include <coppice/vulkan/local_cut_shader.hpp>
 #endif
 
 namespace coppice::program {
@@ -20,7 +21,48 @@ class CpuShader : public Shader {
   const CutRelighting<>& relighting_;
 };
 
+class LocalCpuShader : public LocalShader {
+ public:
+  explicit LocalCpuShader(const LocalRelighting& relighting) : relighting_(relighting) {}
+  std::vector<vec3> shade(const Threads& threads, std::span<std::uint32_t> clusters) override {
+    return relighting_.shade(threads, clusters);
+  }
+
+ private:
+  const LocalRelighting& relighting_;
+};
+
 #ifdef COPPICE_HAS_VULKAN
+class LocalVulkanShader : public LocalShader {
+ public:
+  LocalVulkanShader(const PreparedView& view, const LocalRelighting& relighting)
+      : relighting_(relighting), shader_(device_, input(view, relighting)) {}
+  std::vector<vec3> shade(const Threads&, std::span<std::uint32_t> clusters) override {
+    const auto& frame = relighting_.frame();
+    return shader_.shade(frame.nodes, frame.mask, relighting_.options().lobes, clusters).radiance;
+  }
+
+ private:
+  static LocalCutShadeInput input(const PreparedView& view, const LocalRelighting& relighting) {
+    const auto& cuts = relighting.cuts().cuts;
+    LocalCutShadeInput input;
+    input.leaf_count = cuts.leaf_count();
+    input.granule_log2 = cuts.granule_log2();
+    input.visibility_masks = cuts.masks();
+    input.first_value = cuts.first_value();
+    input.values = cuts.values();
+    input.scales = relighting.cuts().scales;
+    input.faces = view.buffer.faces;
+    input.points = view.buffer.points;
+    input.positions = view.buffer.positions;
+    return input;
+  }
+
+  const LocalRelighting& relighting_;
+  VulkanDevice device_;
+  LocalCutShader shader_;
+};
+
 class VulkanShader : public Shader {
  public:
   explicit VulkanShader(const CutRelighting<>& relighting)
@@ -71,6 +113,17 @@ std::unique_ptr<Shader> make_shader(const std::string& backend, const CutRelight
   require_backend(backend);
   return nullptr;
 #endif
+}
+
+std::unique_ptr<LocalShader> make_local_shader(const std::string& backend, const PreparedView& view,
+                                               const LocalRelighting& relighting) {
+#ifdef COPPICE_HAS_VULKAN
+  if (backend != "cpu" && !relighting.lights().empty())
+    return std::make_unique<LocalVulkanShader>(view, relighting);
+#endif
+  if (backend != "cpu") require_backend(backend);
+  (void)view;
+  return std::make_unique<LocalCpuShader>(relighting);
 }
 
 }  // namespace coppice::program

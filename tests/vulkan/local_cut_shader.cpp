@@ -80,7 +80,6 @@ RandomLocalInput traced_input(const RandomSettings& settings) {
   const support::SphereOccluder ball{{{vec3(0), 0.4f}}};
   auto [cuts, scales, rays] = precompute_local_cuts(ball, tree, LocalLightPackets(leaf_lights(tree, lamps)),
                                                     receivers, {.sigma = 1}, Serial());
-  for (float& scale : scales) scale /= quantised_one<std::uint16_t>;
   REQUIRE(cuts.granule_log2() == settings.granule_log2);
   input.cuts = std::move(cuts);
   input.scales = std::move(scales);

@@ -38,7 +38,8 @@ inline void add_receiver(Random& random, RandomLocalInput& input) {
   for (std::size_t i = 0; i < cut.ends.size(); ++i)
     cut.values.push_back(random.uniform() < 0.4f ? 0 : std::uint16_t(random.below(65536)));
   input.cuts.append(cut);
-  input.scales.push_back(random.below(10) == 0 ? 0 : std::pow(10.0f, -3 * random.uniform()) / 65535);
+  input.scales.push_back(
+      random.below(10) == 0 ? 0 : std::pow(10.0f, -3 * random.uniform()) / (65535.0f * 65535.0f));
 }
 
 inline vec3 random_position(Random& random) {

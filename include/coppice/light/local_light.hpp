@@ -33,7 +33,8 @@ inline LocalLight point_light(const vec3& position, const vec3& intensity) {
 }
 
 /// Shines along a unit axis: fully within `inner` radians of it, not at all beyond `outer`, with the squared
-/// ramp of KHR_lights_punctual between them. Precondition: 0 <= inner < outer <= π/2.
+/// ramp of KHR_lights_punctual between them. As there, a spot whose two cosines differ by less than 0.001 (no
+/// wider than 2.6°) does not reach its full intensity. Precondition: 0 <= inner < outer <= π/2.
 inline LocalLight spot_light(const vec3& position, const vec3& intensity, const vec3& axis, float inner,
                              float outer) {
   const float scale = 1 / std::max(0.001f, std::cos(inner) - std::cos(outer));

@@ -7,8 +7,9 @@
 
 namespace coppice {
 
-/// A cut whose values, times the scale / quantised_one, are means of V·G over the lights of each piece (Cuts
-/// section 4.1): 1/m².
+/// A cut whose values q stand for means of V·G over the lights of each piece (Cuts section 4.1): scale · q²,
+/// in 1/m². The square root is stored because V·G ranges as widely as distances squared: a sun beside a lamp
+/// at hand.
 struct LocalCut {
   Cut<std::uint16_t> cut;
   float scale = 0;
@@ -47,12 +48,15 @@ class LocalCutSelector {
     for (std::uint32_t h = granule_count_; h-- > 1;) nodes_[h] = nodes_[2 * h] + nodes_[2 * h + 1];
     LocalCut result;
     const std::vector<std::uint32_t> ends = select_ends(squares / nodes_[1].count);
+    double greatest = 0;
     for_each_piece(ends, [&](LeafRange r, std::size_t) {
       const double value = nodes_[node_of_range(granule_count_, r.begin, r.end)].mean;
-      result.scale = std::max(result.scale, float(value));
+      greatest = std::max(greatest, value);
     });
+    constexpr float one = quantised_one<std::uint16_t>;
+    result.scale = float(greatest) / (one * one);
     result.cut = cut_with_values(granule_count_, ends, [&](std::uint32_t h) {
-      return quantise<std::uint16_t>(result.scale > 0 ? float(nodes_[h].mean / double(result.scale)) : 0.0f);
+      return quantise<std::uint16_t>(greatest > 0 ? float(std::sqrt(nodes_[h].mean / greatest)) : 0.0f);
     });
     for (auto& end : result.cut.ends) end <<= granule_log2_;
     return result;
@@ -92,7 +96,7 @@ class LocalCutSelector {
 /// Cuts of V·G of all receivers, and the scale of each.
 struct LocalCuts {
   MaskedCuts<std::uint16_t> cuts;
-  std::vector<float> scales;  ///< a receiver: V·G of the largest quantised value, divided by it
+  std::vector<float> scales;  ///< a receiver; LocalCut::scale
   std::size_t rays = 0;
 };
 

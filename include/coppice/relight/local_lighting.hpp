@@ -5,6 +5,7 @@
 #include <coppice/relight/frame_lighting.hpp>
 #include <coppice/tree/metric.hpp>
 #include <coppice/tree/refit.hpp>
+#include <limits>
 
 namespace coppice {
 

@@ -60,7 +60,6 @@ class LocalRelighting {
     const LocalLightPackets packets(leaf_lights(*tree_, lights_));
     cuts_ = precompute_local_cuts(occluder, *tree_, packets, view.receivers, options.cuts, executor, progress,
                                   known);
-    for (float& scale : cuts_.scales) scale /= quantised_one<std::uint16_t>;
     report_.rays = cuts_.rays + report_.pilot_rays;
     report_.visibility = watch.lap();
   }
@@ -95,6 +94,8 @@ class LocalRelighting {
   }
 
   void use(const ShadingKernels<std::uint16_t>& kernels) { kernels_ = &kernels; }
+  const LocalRelightingOptions& options() const { return options_; }
+  const LocalFrameLighting& frame() const { return lighting_.frame(); }
   const LocalCuts& cuts() const { return cuts_; }
   const LightTree& tree() const { return *tree_; }
   std::span<const LocalLight> lights() const { return lights_; }

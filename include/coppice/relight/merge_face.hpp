@@ -54,8 +54,8 @@ inline Lanes above(const ReceiverHorizon& horizon, Lanes x, Lanes y, Lanes z, La
 template <Quantised Value, class Lights = DistantLights>
 class FaceMerger {
  public:
-  /// Visibility comes in units of quantised_one, or where `scales` has one a receiver, multiplied by that.
-  /// Precondition: cuts and frame are of one tree and granule.
+  /// Visibility comes in units of quantised_one; where `scales` has one a receiver, squared and multiplied by
+  /// that. Precondition: cuts and frame are of one tree and granule.
   FaceMerger(const MaskedCuts<Value>& cuts, const LightingOf<typename Lights::Node>& frame,
              std::span<const float> scales = {})
       : cuts_(cuts), frame_(frame), scales_(scales) {}
@@ -113,7 +113,7 @@ class FaceMerger {
     if constexpr (std::is_same_v<Lights, DistantLights>)
       return merging::above(horizon, n.x, n.y, n.z, visible);
     else
-      return scale * visible;
+      return scale * visible * visible;
   }
 
   /// Of these, the ones that have power and lie above the horizon of a receiver that sees them.

@@ -3,17 +3,20 @@
 
 #include <coppice/core/simd.hpp>
 //
+#include <coppice/core/parallel.hpp>
 #include <coppice/core/random.hpp>
+#include <coppice/relight/light_rays.hpp>
 #include <coppice/relight/local_lighting.hpp>
+#include <coppice/relight/node_bounds.hpp>
 #include <coppice/relight/occluder.hpp>
 #include <coppice/relight/shade.hpp>
 #include <coppice/relight/shading_buffer.hpp>
-#include <coppice/relight/visibility.hpp>
 
 namespace coppice {
 
 struct TracedOptions {
-  /// A cluster is split while it could add more than this share of the point's radiance, both as luminance.
+  /// A cluster is split while it could add more than this share of the point's radiance, both as luminance;
+  /// lights that add less than a quarter of it share their rays. 0: a ray to every light.
   float tolerance = 0.05f;
   std::uint64_t seed = 0;  ///< of the choice of representatives
 };
@@ -22,215 +25,167 @@ struct TracedOptions {
 
 namespace coppice::inline HWY_NAMESPACE {
 
-/// What the nodes of local lights can add to one point, as luminance.
-template <Brdf B>
-class NodeBounds {
- public:
-  NodeBounds(const LocalLighting& lighting, const ShadingPoint& point, const vec3& position, const B& brdf)
-      : lighting_(lighting),
-        point_(point),
-        position_(position),
-        brdf_(brdf),
-        bitangent_(cross(point.normal, point.tangent)),
-        luminance_{luminance(point.diffuse), luminance(point.specular), luminance(point.fresnel)} {}
-
-  /// At the node's mean position.
-  float estimate(std::uint32_t h) const {
-    const Arrival a = arrival(h);
-    const LocalEmission& e = lighting_.emissions()[h];
-    const float geometry = emission(e, dot(e.axis, -a.direction) + e.offset) /
-                           std::max(a.squared + lighting_.frame().nodes[h].variance + e.softening, 1e-30f);
-    const float cosine = std::max(0.0f, dot(point_.normal, a.direction));
-    return e.luminance * geometry * (luminance_[0] * cosine / pi + specular(a));
-  }
-
-  /// With the lights of the node as near, as high above the horizon and facing the point as much as a ball
-  /// around them allows; of narrow lobes the mean over the node. Infinite inside the ball.
-  float bound(std::uint32_t h) const {
-    const Arrival a = arrival(h);
-    const LocalEmission& e = lighting_.emissions()[h];
-    const float distance = std::sqrt(a.squared), nearest = distance - e.radius;
-    if (!(e.luminance > 0)) return 0;
-    if (!(nearest > 0)) return std::numeric_limits<float>::infinity();
-    const float sine = e.radius / distance, cosine = std::min(1.0f, dot(point_.normal, a.direction) + sine);
-    if (cosine <= 0) return 0;
-    const float turned = length(e.axis) * sine + std::max(0.0f, 1 - e.offset - length(e.axis));
-    const float geometry =
-        emission(e, dot(e.axis, -a.direction) + e.offset + turned) / (nearest * nearest + e.softening);
-    return e.luminance * geometry * (luminance_[0] * cosine / pi + specular(a));
-  }
-
- private:
-  struct Arrival {
-    vec3 direction;
-    float squared, spread;
-  };
-
-  Arrival arrival(std::uint32_t h) const {
-    const LocalLightNode& node = lighting_.frame().nodes[h];
-    const vec3 to_light = node.position - node.w * position_;
-    const float squared = dot(to_light, to_light);
-    return {to_light / std::sqrt(std::max(squared, 1e-30f)), squared,
-            std::min(0.99f, node.variance / std::max(3 * squared, 1e-30f))};
-  }
-
-  static float emission(const LocalEmission& e, float towards) {
-    const float s = std::clamp(towards, 0.0f, 1.0f);
-    return s * (1 - e.square + e.square * s);
-  }
-
-  float specular(const Arrival& a) const {
-    if constexpr (B::terms == 1) return 0;
-    const vec3 d = a.direction;
-    const auto t = brdf_.filtered(dot(point_.tangent, d), dot(bitangent_, d), dot(point_.normal, d),
-                                  light_spread(a.spread));
-    return luminance_[1] * t.specular + luminance_[2] * t.fresnel;
-  }
-
-  const LocalLighting& lighting_;
-  const ShadingPoint& point_;
-  vec3 position_;
-  const B& brdf_;
-  vec3 bitangent_;
-  float luminance_[3];
-};
-
-/// Shades points by a cut of the tree each, refined while a cluster could add more than the tolerance allows,
-/// with one shadow ray a cluster, to a light drawn in proportion to luminance and with that light's value:
-/// the mean over all draws is the sum over all lights (Lightcuts, Walter et al. 2005; unbiased, unlike rays
-/// to a fixed representative). Keeps its scratch between points.
+/// Shades points by a cut of the tree each, refined while a cluster could add more than the tolerance allows
+/// (Lightcuts, Walter et al. 2005). The lights of the clusters are candidates, of large clusters those of a
+/// block drawn by luminance; candidates that add much without shadows get a ray each, the others share rays.
+/// The mean over all draws is the sum over all lights: what steers the cut are rays of its own. Keeps its
+/// scratch between points.
 template <Occluder O>
 class TracedShader {
  public:
   TracedShader(const LocalLighting& lighting, const O& occluder, const TracedOptions& options)
-      : lighting_(lighting), occluder_(occluder), options_(options) {}
+      : lighting_(lighting), options_(options), light_rays_(lighting, occluder) {
+    for_each_piece(lighting_.frame().ends, [&](LeafRange r, std::size_t) {
+      illumination_.push(lighting_, node_of_range(leaf_count(), r.begin, r.end), 1, 0);
+    });
+  }
 
   /// `index` tells the draws of one point from those of others. Adds the rays it traced to `rays`.
   vec3 shade(const ShadingPoint& point, const vec3& position, std::uint64_t index, std::size_t& rays) {
+    seed_ = options_.seed ^ (index * 0x9e3779b97f4a7c15u);
     return with_brdf(point, [&](const auto& brdf) {
       using B = std::decay_t<decltype(brdf)>;
       const NodeBounds<B> bounds(lighting_, point, position, brdf);
-      const float limit = options_.tolerance * estimate(bounds);
-      chosen_.clear();
-      descend(bounds, 1, limit);
-      const vec3 first = trace(point, position, index, brdf, rays);
-      const float finer =
-          std::max(options_.tolerance * luminance(first), limit / 8);  // also where all is dark
-      if (finer >= 0.5f * limit) return first;
-      coarse_.swap(chosen_);
-      chosen_.clear();
-      for (const Chosen& c : coarse_)
-        if (c.bound > finer)
-          descend(bounds, c.node, finer);
-        else
-          chosen_.push_back(c);
-      return trace(point, position, index, brdf, rays);
+      const float unshadowed = evaluate(bounds, illumination_);
+      const float seen = seen_share(unshadowed, position, point.normal, rays);
+      descend(bounds, options_.tolerance * unshadowed * seen);
+      // By the square root of what is seen images have the least relative error for their rays.
+      const float step = 0.25f * options_.tolerance * unshadowed * std::sqrt(seen);
+      draw_blocks(step);
+      evaluate(bounds, candidates_);
+      const ClusterList& reached = trace(step, position, point.normal, rays);
+      return PointShader<B, LocalLights>(point, brdf, 1, LocalLights(position)).sampled(reached);
     });
   }
 
  private:
+  static constexpr std::uint32_t pilot_rays = 8, large_block = 16, small_block = 2;
+
   struct Chosen {
     std::uint32_t node;
     float bound;
   };
+  struct Descendant {
+    std::uint32_t node;
+    float weight;  ///< one over its probability
+  };
 
   std::uint32_t leaf_count() const { return lighting_.tree().leaf_count(); }
+  Random random_of(std::uint64_t stream) const { return Random(seed_ ^ (stream << 40)); }
 
+  /// Estimates of all nodes, by index. Returns their sum.
   template <class Bounds>
-  float estimate(const Bounds& bounds) const {
-    float sum = 0;
-    for_each_piece(lighting_.frame().ends, [&](LeafRange r, std::size_t) {
-      sum += bounds.estimate(node_of_range(leaf_count(), r.begin, r.end));
-    });
-    return sum;
+  float evaluate(const Bounds& bounds, const LocalNodeList& nodes) {
+    estimates_.resize(nodes.size() + Lanes::width);
+    Lanes sum = 0.0f;
+    for (std::size_t i = 0; i < nodes.size(); i += Lanes::width) {
+      const std::size_t count = std::min(Lanes::width, nodes.size() - i);
+      const Lanes e = select(first_lanes(count), bounds.estimate(nodes.load(i, count, leaf_count())), 0.0f);
+      e.store(&estimates_[i]);
+      sum += e;
+    }
+    return sum_of_lanes(sum);
   }
 
+  /// How much of the light arrives, no less than 1/8, by a few rays to lights below the illumination cut.
+  /// Without rays where every light gets its own anyway.
+  float seen_share(float unshadowed, const vec3& position, const vec3& normal, std::size_t& rays) {
+    constexpr float least = 1.0f / float(pilot_rays);
+    if (options_.tolerance * float(leaf_count()) < 1) return least;
+    Random random = random_of(leaf_count() * 2ull);
+    const float step = unshadowed * least;
+    float next = random.uniform() * step;
+    light_rays_.begin(position, normal, pilot_rays + 1);
+    for (std::size_t i = 0; i < illumination_.size() && step > 0; ++i)
+      for (next -= estimates_[i]; next < 0; next += step)
+        light_rays_.add(draw_below(illumination_.id(i), 1, random).node, 1);
+    const std::size_t seen = light_rays_.end().size();
+    rays += light_rays_.traced();
+    return std::clamp(float(seen) * least, least, 1.0f);
+  }
+
+  /// Chooses clusters from the root on, a register at a time from the end of the open nodes: those whose
+  /// bounds are above the limit give way to their children.
   template <class Bounds>
-  void descend(const Bounds& bounds, std::uint32_t start, float limit) {
-    stack_.assign(1, start);
-    while (!stack_.empty()) {
-      const std::uint32_t h = stack_.back();
-      stack_.pop_back();
-      const float bound = bounds.bound(h);
-      if (bound > limit && h < leaf_count()) {
-        stack_.push_back(2 * h + 1);
-        stack_.push_back(2 * h);
-      } else if (bound > 0) {
-        chosen_.push_back({h, bound});
-      }
+  void descend(const Bounds& bounds, float limit) {
+    chosen_.clear();
+    open_.clear();
+    open_.push(lighting_, 1, 1, 0);
+    while (open_.size() > 0) {
+      const std::size_t count = std::min(Lanes::width, open_.size()), begin = open_.size() - count;
+      const LocalNodeLanes nodes = open_.load(begin, count, leaf_count());
+      const Lanes bound = bounds.bound(nodes);
+      close(begin, count, bound, bits_of((bound > limit) & !nodes.is_leaf));
     }
   }
 
-  /// A leaf below the node, drawn in proportion to luminance.
-  std::uint32_t draw(std::uint32_t h, std::uint64_t index) const {
-    Random random(options_.seed ^ (index * 0x9e3779b97f4a7c15u) ^ (std::uint64_t(h) << 40));
-    float u = random.uniform();
-    while (h < leaf_count()) {
+  void close(std::size_t begin, std::size_t count, Lanes bound, std::uint64_t coarse) {
+    std::array<std::uint32_t, Lanes::width> ids;
+    std::array<float, Lanes::width> bounds;
+    bound.store(bounds.data());
+    for (std::size_t k = 0; k < count; ++k) ids[k] = open_.id(begin + k);
+    open_.shrink(begin);
+    for (std::size_t k = 0; k < count; ++k)
+      if (coarse >> k & 1)
+        open_.push(lighting_, 2 * ids[k], 2, 0);
+      else if (bounds[k] > 0)
+        chosen_.push_back({ids[k], bounds[k]});
+  }
+
+  /// The leaves of a block below each cluster, with how many times they count. Of clusters that cannot add
+  /// what a ray stands for, few are enough.
+  void draw_blocks(float step) {
+    candidates_.clear();
+    for (const Chosen& c : chosen_) {
+      Random random = random_of(c.node);
+      const Descendant block = draw_below(c.node, c.bound < step ? small_block : large_block, random);
+      const LeafRange leaves = leaves_below(leaf_count(), block.node);
+      candidates_.push(lighting_, leaf_count() + leaves.begin, leaves.size(), block.weight);
+    }
+  }
+
+  /// A node of at most so many leaves, drawn in proportion to luminance.
+  Descendant draw_below(std::uint32_t h, std::uint32_t most_leaves, Random& random) const {
+    double u = double(random.bits() >> 11) * 0x1p-53;
+    float weight = 1;
+    while (leaves_below(leaf_count(), h).size() > most_leaves) {
       const float left = lighting_.emissions()[2 * h].luminance,
                   right = lighting_.emissions()[2 * h + 1].luminance;
       const float share = left / (left + right);
-      const bool is_left = u < share;
+      const bool is_left = u < share || !(right > 0);
       u = is_left ? u / share : (u - share) / (1 - share);
+      weight /= is_left ? share : 1 - share;
       h = 2 * h + !is_left;
     }
-    return h;
+    return {h, weight};
   }
 
-  template <class B>
-  vec3 trace(const ShadingPoint& point, const vec3& position, std::uint64_t index, const B& brdf,
-             std::size_t& rays) {
-    clusters_.reset(chosen_.size());
-    ShadowPacket packet = packet_from(position);
-    std::uint32_t count = 0;
-    std::array<float, 16> geometry;
-    std::array<std::uint32_t, 16> leaves, nodes;
-    const auto flush = [&] {
-      const std::uint32_t lanes = (1u << count) - 1, seen = lanes & ~occluder_.occluded(packet, lanes);
-      rays += count;
-      for (std::uint32_t i = 0; i < count; ++i)
-        if (seen >> i & 1) push(nodes[i], leaves[i], geometry[i]);
-      count = 0;
-    };
-    for (const Chosen& c : chosen_) {
-      const std::uint32_t leaf = draw(c.node, index);
-      const float g = aim(leaf, point, position, packet, count);
-      if (!(g > 0)) continue;
-      geometry[count] = g, leaves[count] = leaf, nodes[count] = c.node;
-      if (++count == 16) flush();
+  /// A ray for each candidate that adds at least `step`, and one for every `step` that the others add up to.
+  const ClusterList& trace(float step, const vec3& position, const vec3& normal, std::size_t& rays) {
+    light_rays_.begin(position, normal, candidates_.size());
+    float next = random_of(0).uniform() * step;
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      const float weight = candidates_.value(i), added = weight * estimates_[i];
+      if (!(added > 0)) continue;
+      if (added >= step) {
+        light_rays_.add(candidates_.id(i), weight);
+      } else if ((next -= added) < 0) {
+        next += step;
+        light_rays_.add(candidates_.id(i), weight * (step / added));
+      }
     }
-    if (count > 0) flush();
-    clusters_.pad();
-    return PointShader<B, LocalLights>(point, brdf, 1, LocalLights(position)).sampled(clusters_);
-  }
-
-  /// Aims a lane at a leaf's light. Returns what arrives of its intensity, 0 where it is below the horizon or
-  /// shines away.
-  float aim(std::uint32_t leaf, const ShadingPoint& point, const vec3& position, ShadowPacket& packet,
-            std::uint32_t lane) const {
-    const LocalLightNode& node = lighting_.frame().nodes[leaf];
-    const LocalEmission& e = lighting_.emissions()[leaf];
-    const vec3 to_light = node.position - node.w * position;
-    const float squared = dot(to_light, to_light), distance = std::sqrt(squared);
-    if (!(squared > 0) || dot(to_light, point.normal) <= 0) return 0;
-    const vec3 d = to_light / distance;
-    packet.direction_x[lane] = d.x, packet.direction_y[lane] = d.y, packet.direction_z[lane] = d.z;
-    packet.t_max[lane] = node.w > 0 ? distance * (1 - 1e-4f) : std::numeric_limits<float>::infinity();
-    const float s = std::clamp(e.offset - dot(e.axis, d), 0.0f, 1.0f);
-    return s * (1 - e.square + e.square * s) / (squared + e.softening);
-  }
-
-  void push(std::uint32_t h, std::uint32_t leaf, float geometry) {
-    const LocalLightNode& light = lighting_.frame().nodes[leaf];
-    const float share = lighting_.emissions()[h].luminance / lighting_.emissions()[leaf].luminance;
-    clusters_.push(h, light, share * geometry);
+    const ClusterList& reached = light_rays_.end();
+    rays += light_rays_.traced();
+    return reached;
   }
 
   const LocalLighting& lighting_;
-  const O& occluder_;
   TracedOptions options_;
-  std::vector<Chosen> chosen_, coarse_;
-  std::vector<std::uint32_t> stack_;
-  ClusterList clusters_;
+  std::uint64_t seed_ = 0;
+  LocalNodeList illumination_, open_, candidates_;
+  std::vector<Chosen> chosen_;
+  std::vector<float> estimates_;
+  LightRays<O> light_rays_;
 };
 
 /// Shades all points of a buffer. `rays`, where not empty, receives the shadow rays of each point. Any split

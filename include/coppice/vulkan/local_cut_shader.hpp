@@ -9,7 +9,7 @@ namespace coppice {
 /// What stays the same from frame to frame. Values times the scale of their receiver are visibility ·
 /// geometry: the share of a light's intensity that arrives, 1/m².
 struct LocalCutShadeInput : CutShadeInputOf<std::uint16_t> {
-  std::span<const float> scales;    ///< by receiver: visibility · geometry of the value 1
+  std::span<const float> scales;    ///< by receiver: what the squares of its values are multiplied by
   std::span<const vec3> positions;  ///< by point, in the world
 };
 

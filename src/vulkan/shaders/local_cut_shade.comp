@@ -21,7 +21,7 @@ float value_at(uint piece) {
   return float(bitfieldExtract(word, int(16u * (piece & 1u)), 16));
 }
 
-float visible_of(Receiver receiver, float value, LocalLightNode node) { return receiver.scale * value; }
+float visible_of(Receiver receiver, float value, LocalLightNode node) { return receiver.scale * value * value; }
 
 vec3 position_at(uint point) { return parameters.positions.at[point]; }
 
