@@ -15,7 +15,7 @@ std::vector<Row> rows_of(const std::string& csv) {
   std::vector<Row> rows;
   std::istringstream lines(csv);
   for (std::string line; std::getline(lines, line);) {
-    std::istringstream cells(line);
+    std::istringstream cells(line + ",");  // so that a last cell that is empty counts too
     for (rows.emplace_back(); std::getline(cells, line, ',');) rows.back().push_back(line);
   }
   return rows;
@@ -197,4 +197,104 @@ TEST_CASE("trade refuses knobs outside their domains") {
        {"--cuts paper", "--cuts uniform-optimal,1", "--lobes dull", "--lobes 2", "--target-error nan",
         "--target-error -1", "--target-ms inf", "--target-ms -1", "--sigma 1,nan", "--cut-size 64,0"})
     check_refused(place, "trade", inputs + "--out trade.csv " + bad, bad.substr(0, bad.find(' ')));
+}
+
+namespace {
+
+const std::string table_inputs = "--paper-table --scene scene.glb --size 48x36 --repeat 1 --out table.csv ";
+
+/// The rows of --paper-table; each set of cuts by each tree has one.
+std::vector<Row> paper_table(const Workplace& place, const std::string& arguments) {
+  const Outcome o = place.run("trade", table_inputs + arguments);
+  CAPTURE(o.err);
+  REQUIRE(o.code == 0);
+  CHECK(line_count(o.out) == 4);  // head, rule, and a row for each way of cutting
+  const auto rows = rows_of(files::get(place / "table.csv"));
+  REQUIRE(rows.size() == 17);  // 2 trees, 2 ways, 4 thresholds
+  return rows;
+}
+
+/// Cells of the rows of which a predicate of (β, cuts, σ) is true.
+template <class Wanted>
+std::vector<double> where(const std::vector<Row>& rows, const std::string& name, const Wanted& wanted) {
+  const auto betas = column(rows, "beta"), sigmas = column(rows, "sigma");
+  const auto cuts = words(rows, "cuts"), cells = words(rows, name);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (wanted(betas[i], cuts[i], sigmas[i])) values.push_back(std::stod(cells[i]));
+  return values;
+}
+
+/// What holds whatever lights the scene.
+void check_paper_table(const std::vector<Row>& rows, double beta) {
+  for (const double tree : {1.0, beta})
+    for (const std::string way : {"uniform-threshold", "cosine-optimal"}) {
+      CAPTURE(tree);
+      CAPTURE(way);
+      const auto of = [&](double b, const std::string& c, double) { return b == tree && c == way; };
+      const auto pieces = where(rows, "visibility_pieces", of), rms = where(rows, "rms", of);
+      REQUIRE(where(rows, "sigma", of) == std::vector<double>{2, 1, 1.5, 3});
+      CHECK(pieces[1] > pieces[2]);
+      CHECK(pieces[2] > pieces[0]);
+      CHECK(pieces[0] > pieces[3]);
+      CHECK(rms[1] < rms[2]);
+      CHECK(rms[2] < rms[0]);
+      CHECK(rms[0] < rms[3]);
+      CHECK(rms[1] > 0);
+      CHECK(rms[3] < 0.5);
+      const auto first = [&](double b, const std::string& c, double s) { return of(b, c, s) && s == 2; };
+      for (const std::string nodes : {"128", "256", "512"}) {
+        CHECK(where(rows, "ms_" + nodes, first).at(0) > 0);
+        CHECK(where(rows, "rel_rmse_" + nodes, first).at(0) < 0.2);
+      }
+      CHECK(where(rows, "file_bytes", first).at(0) > 0);
+    }
+}
+
+/// The still life with a shining patch above it.
+gltf_test::Builder lit_still_life() {
+  gltf_test::Builder b = still_life();
+  b.vec3s({-1, 3, -1, 1, 3, -1, 1, 3, 1, -1, 3, 1});
+  b.indices({0, 1, 2, 0, 2, 3});
+  b.meshes.insert(b.meshes.size() - 2, R"(,{"attributes":{"POSITION":3},"indices":4,"material":2})");
+  b.members.insert(b.members.find("}}]") + 2, R"(,{"emissiveFactor":[1,1,1]})");
+  return b;
+}
+
+}  // namespace
+
+TEST_CASE("the paper's table compares the cuts of two trees under an environment") {
+  const Workplace place;
+  const auto rows = paper_table(place, "--env sky.hdr --light-count 1024 --beta 0.25 --report table.json");
+  check_paper_table(rows, 0.25);
+  CHECK(place.made() == std::set<std::string>{"table.csv", "table.json"});
+  CHECK(words(rows, "lights") == Row(16, "env"));
+  CHECK(words(rows, "light_count") == Row(16, "1024"));
+  const json table = json::parse(files::get(place / "table.json"))["paper_table"];
+  CHECK(table["data_driven"]["beta"] == 0.25);
+  CHECK(table["geometric"]["cuts"].size() == 8);
+  CHECK(table["geometric"]["cuts"][0]["frames"].size() == 3);
+}
+
+TEST_CASE("the paper's table is made of lights in the scene, and of their bounce") {
+  const Workplace place;
+  place.put("scene.glb", lit_still_life().glb());
+  const auto direct = paper_table(place, "--lights scene --emitters 256");
+  check_paper_table(direct, 0.5);
+  CHECK(words(direct, "light_count") == Row(16, "256"));
+  const auto bounce = paper_table(place, "--lights indirect --emitters 256 --bounces 512");
+  check_paper_table(bounce, 0.5);
+  CHECK(words(bounce, "light_count") == Row(16, "512"));
+}
+
+TEST_CASE("the paper's table has its own knobs, and needs something that shines") {
+  const Workplace place;
+  for (const std::string knob :
+       {"--sigma 2", "--cut-size 64", "--cuts cosine-optimal", "--lobes sampled", "--points 2:64",
+        "--visibility-only", "--target-error 1", "--target-ms 1", "--images view"})
+    check_refused(place, "trade", table_inputs + "--env sky.hdr " + knob, knob.substr(0, knob.find(' ')));
+  check_refused(place, "trade", table_inputs, "--env");
+  check_refused(place, "trade", table_inputs + "--lights scene", "no lights and no shining surfaces");
+  for (const std::string option : {"--lights scene", "--emitters 9", "--bounces 9"})
+    check_refused(place, "trade", inputs + "--out trade.csv " + option, "--paper-table");
 }

@@ -56,7 +56,7 @@ TEST_CASE("what stands before a light hides it, what stands behind does not") {
   CHECK(radiance(sun, vec3(0), {{{vec3(0, 1000, 0), 0.2f}}}) == vec3(0));
 }
 
-TEST_CASE("stored shares are interpolated between three receivers") {
+TEST_CASE("squares of stored values are interpolated between three receivers") {
   ShadingPoint point = white_floor();
   point.weight_0 = 0.5f, point.weight_1 = 0.25f;
   const std::vector<LocalLight> lights{point_light(vec3(0, 1, 0), vec3(1)),
@@ -66,7 +66,7 @@ TEST_CASE("stored shares are interpolated between three receivers") {
   cuts.append(Cut<std::uint16_t>{{2}, {8}});
   cuts.append(Cut<std::uint16_t>{{1, 2}, {0, 16}});
   const std::vector<float> scales{0.5f, 0.25f, 1};
-  const float first = 0.5f * 4 * 0.5f + 0.25f * 8 * 0.25f, second = 0.25f * 8 * 0.25f + 0.25f * 16;
+  const float first = 0.5f * 16 * 0.5f + 0.25f * 64 * 0.25f, second = 0.25f * 64 * 0.25f + 0.25f * 256;
   check_near(local_radiance_from_cuts(point, vec3(0), lights, cuts, scales, uvec3(0, 1, 2)),
              vec3((first + second * std::sqrt(0.5f)) / pi));
 }

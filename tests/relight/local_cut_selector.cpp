@@ -51,7 +51,7 @@ double value_of(const LocalCut& local, double q) { return double(local.scale) * 
 /// Of values that are rounded to half a level of their square roots; both in units of the greatest.
 double rounding_of(double value) {
   const double half = 0.501 / 65535;
-  return half * (2 * std::sqrt(value) + half);
+  return value >= 0 ? half * (2 * std::sqrt(value) + half) : 0;  // 0/0: nothing is seen
 }
 
 double sum_of(const LocalCut& local, const LightTree& tree) {

@@ -55,10 +55,14 @@ void check_near(const vec3& radiance, const vec3& expected, const vec3& allowed 
   CHECK(length(radiance - expected) <= 2e-4f * length(expected) + length(allowed));
 }
 
-/// What half a step of the stored V·G makes of every light.
+/// What half a step of the stored roots of V·G makes of every light.
 vec3 half_step(const LocalRelighting& relighting, const ShadingPoint& point, const vec3& position,
                std::uint32_t receiver, std::span<const LocalLight> lights) {
-  const std::vector<float> shares(lights.size(), 0.501f * relighting.cuts().scales[receiver]);
+  const auto roots = reference::expand(CutView<std::uint16_t>(relighting.cuts().cuts.unpack(receiver)));
+  std::vector<float> shares(lights.size());
+  for (std::size_t leaf = 0; leaf < roots.size(); ++leaf)
+    if (const auto light = relighting.tree().light_of_leaf[leaf]; light != no_light)
+      shares[light] = relighting.cuts().scales[receiver] * (1.002f * float(roots[leaf]) + 0.26f);
   return reference::radiance_of_shares(point, position, lights, shares);
 }
 
