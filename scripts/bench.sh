@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Measures the release build and writes one report, build/release/bench.md: frames from the paper's way to the
-# library's against brute force, glossy materials, single choices, visibility cuts at equal error, and every kernel
-# beside its slow twin (also in build/release/bench.json). Arguments go to the benchmarks of kernels, for instance
-# --benchmark_filter=merge.
+# library's against brute force, glossy materials, single choices, many lights by shadow rays, visibility cuts at equal
+# error, and every kernel beside its slow twin (also in build/release/bench.json). Arguments go to the benchmarks of
+# kernels, for instance --benchmark_filter=merge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=build/release
 report=$build/bench.md
 
-for program in frames knobs trade bench_coppice; do
+for program in frames knobs many_lights trade bench_coppice; do
   if [[ ! -x $build/bin/$program ]]; then
     echo "bench.sh: $build/bin/$program is missing; run ./build.sh bench, which builds it first" >&2
     exit 2
@@ -17,6 +17,8 @@ done
 
 "$build/bin/frames" | tee "$report"
 "$build/bin/knobs" | tee -a "$report"
+# Rooms full of lamps, which are made up; for a scene of your own: many_lights --scene FILE.glb.
+"$build/bin/many_lights" | tee -a "$report"
 printf '\n## Pieces of a visibility cut at equal error\n\n' | tee -a "$report"
 SWEEP_SIZE="${SWEEP_SIZE:-192x108}" scripts/sweep.sh | tee -a "$report"
 printf '\n## Kernels\n\n```\n' | tee -a "$report"

@@ -19,7 +19,10 @@ bool warns(const Scene& scene, const std::string& text) {
 
 std::string numbers(const std::vector<float>& values) {
   std::string text = "[";
-  for (const float value : values) text += (text.size() > 1 ? "," : "") + std::to_string(value);
+  for (const float value : values) {
+    if (text.size() > 1) text += ',';
+    text += std::to_string(value);
+  }
   return text + "]";
 }
 

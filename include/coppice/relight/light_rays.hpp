@@ -65,8 +65,9 @@ class LightRays {
     if (++count_ == 16) trace();
   }
 
-  /// The lights that are reached, ready to be shaded; with visibility as their share that arrives.
-  ClusterList& end() {
+  /// The lights that the rays have reached, ready to be shaded: visibility is the share that arrives times
+  /// the weight.
+  const ClusterList& end() {
     if (count_ > 0) trace();
     reached_.pad();
     return reached_;

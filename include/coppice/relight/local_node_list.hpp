@@ -31,7 +31,6 @@ class LocalNodeList {
   std::size_t size() const { return size_; }
   std::uint32_t id(std::size_t i) const { return ids_[i]; }
   float value(std::size_t i) const { return values_[i]; }
-  Lanes values(std::size_t i) const { return Lanes::load(values_.data() + i); }
 
   /// The nodes first … first + count - 1, all with one value.
   void push(const LocalLighting& lighting, std::uint32_t first, std::uint32_t count, float value) {

@@ -109,15 +109,20 @@ class NodeBounds {
 
   /// What the lights of a node can emit at most on average against directions in a cone. The share `offset`
   /// are points; the others are surfaces, whose mean max(0, n · d) follows from the mean and the variance of
-  /// their normals (Scarf's inequality). Spots may point anywhere.
+  /// their normals. Spots may point anywhere.
   static Lanes most_emitted(const LocalNodeLanes& n, const Arrival& a, Lanes cosine_of_cone) {
     const Lanes surfaces = 1.0f - n.offset, mean = -towards(n, a);
     const Lanes axis2 = mul_add(n.axis_x, n.axis_x, mul_add(n.axis_y, n.axis_y, n.axis_z * n.axis_z));
     const Lanes variance = max(surfaces * surfaces - axis2, 0.0f);
     const Lanes chord = sqrt(max(2.0f * (1.0f - cosine_of_cone), 0.0f));
-    const Lanes most = n.offset + 0.5f * (mean + sqrt(mul_add(mean, mean, variance))) + surfaces * chord;
+    const Lanes most = n.offset + positive_part(mean, variance) + surfaces * chord;
     const Lanes of_node = select(n.square > 0.0f, 1.0f, min(most, 1.0f));
     return select(n.is_leaf, emission(n, n.offset + mean), of_node);
+  }
+
+  /// The most that the mean of max(0, x) can be for x of this mean and variance (Scarf 1958).
+  static Lanes positive_part(Lanes mean, Lanes variance) {
+    return 0.5f * (mean + sqrt(mul_add(mean, mean, variance)));
   }
 
   static Lanes emission(const LocalNodeLanes& n, Lanes towards) {

@@ -42,6 +42,7 @@ class TracedShader {
 
   /// `index` tells the draws of one point from those of others. Adds the rays it traced to `rays`.
   vec3 shade(const ShadingPoint& point, const vec3& position, std::uint64_t index, std::size_t& rays) {
+    if (is_black(point)) return vec3(0);
     seed_ = options_.seed ^ (index * 0x9e3779b97f4a7c15u);
     return with_brdf(point, [&](const auto& brdf) {
       using B = std::decay_t<decltype(brdf)>;
@@ -69,6 +70,10 @@ class TracedShader {
     std::uint32_t node;
     float weight;  ///< one over its probability
   };
+
+  static bool is_black(const ShadingPoint& point) {
+    return point.diffuse == vec3(0) && point.specular == vec3(0) && point.fresnel == vec3(0);
+  }
 
   std::uint32_t leaf_count() const { return lighting_.tree().leaf_count(); }
   Random random_of(std::uint64_t stream) const { return Random(seed_ ^ (stream << 40)); }
