@@ -7,6 +7,7 @@
 #include <coppice/exr/write_file.hpp>
 #include <cstdio>
 #include <support/measure.hpp>
+#include <support/paper_table.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
 #include <support/text.hpp>
@@ -24,6 +25,9 @@ struct Options {
   int repeat = MeasureOptions{}.repeat;
   bool visibility_only = false;
   std::optional<double> target_error, target_milliseconds;
+  bool paper_table = false;
+  LightKind lights = LightKind::environment;
+  std::size_t emitters = SystemOptions{}.emitters, bounces = SystemOptions{}.bounces;
 };
 
 void add_knob_options(CLI::App& app, Options& o) {
@@ -43,9 +47,32 @@ void add_knob_options(CLI::App& app, Options& o) {
       ->delimiter(',');
 }
 
+/// After those of sweeps, which it excludes.
+void add_table_options(CLI::App& app, Options& o) {
+  CLI::Option* table =
+      app.add_flag("--paper-table", o.paper_table,
+                   "instead of a sweep: --out gets the table of the Cuts paper (Fig. 9), for the geometric "
+                   "tree and for that of --beta (0.5)");
+  for (const char* knob : {"--sigma", "--cut-size", "--cuts", "--lobes", "--points", "--visibility-only",
+                           "--target-error", "--target-ms", "--images"})
+    table->excludes(app.get_option(knob));
+  add_choice(app, "--lights", o.lights, light_words,
+             "of the table: --env, the scene's own lights, or one bounce of these");
+  app.add_option("--emitters", o.emitters, "of the table: lights at most on shining surfaces")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 22))
+      ->capture_default_str();
+  app.add_option("--bounces", o.bounces,
+                 "of the table: lights at most on lit surfaces, for --lights indirect")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1} << 22))
+      ->capture_default_str();
+  for (const char* option : {"--lights", "--emitters", "--bounces"}) app.get_option(option)->needs(table);
+}
+
 void add_options(CLI::App& app, Options& o) {
   add_common_options(app, o.common);
-  app.add_option("--out", o.common.out, "CSV file to write; an SVG plot of the same name goes beside it")
+  app.get_option("--env")->required(false);
+  app.add_option("--out", o.common.out,
+                 "CSV file to write; an SVG plot of the same name goes beside that of a sweep")
       ->required();
   add_knob_options(app, o);
   app.add_flag("--visibility-only", o.visibility_only,
@@ -65,6 +92,7 @@ void add_options(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_cut_options(app, o.cut);
+  add_table_options(app, o);
 }
 
 std::filesystem::path plot_path(const Options& o) {
@@ -166,6 +194,45 @@ void sweep(const Options& o) {
     write_report(o.common.report, report(o, measured, picks, relighting, in.scene));
 }
 
+SystemOptions system_options(const Options& o) {
+  SystemOptions options;
+  options.common = o.common;
+  options.cut = o.cut;
+  options.lights = o.lights;
+  options.emitters = o.emitters, options.bounces = o.bounces;
+  return options;
+}
+
+void write_paper_table(const Options& o) {
+  for (const auto& path : {o.common.out, o.common.report})
+    if (!path.empty()) require_writable(path);
+  kernels_of(o.cut);
+  const Threads threads(o.common.threads);
+  Inputs in = load_inputs(o.common);
+  in.environment.rotation = glm::radians(o.common.rotate_environment);
+  const EmbreeTracer tracer(in.scene);
+  const SystemOptions options = system_options(o);
+  const float beta = o.cut.beta < 1 ? o.cut.beta : 0.5f;
+  const PaperTable table =
+      measure_paper_table(*make_paper_scene(options, in, tracer, threads), beta, o.repeat);
+  write_file(o.common.out, paper_csv(table, options));
+  std::fputs(paper_markdown(table, options).c_str(), stdout);
+  if (!o.common.report.empty())
+    write_report(o.common.report, {{"program", "trade"},
+                                   {"settings", settings_json(o.common, o.cut)},
+                                   {"paper_table", paper_json(table)},
+                                   {"warnings", in.scene.warnings}});
+}
+
+void measure_as_asked(const Options& o) {
+  if (o.lights == LightKind::environment && o.common.environment.empty())
+    throw InputError("--env", "is required for an environment", "name an environment map");
+  if (o.paper_table)
+    write_paper_table(o);
+  else
+    sweep(o);
+}
+
 }  // namespace
 }  // namespace coppice::program
 
@@ -174,5 +241,5 @@ int main(int argc, char** argv) {
   CLI::App app("Measures time against error of relighting through cuts, over their knobs.", "trade");
   Options options;
   add_options(app, options);
-  return run(app, argc, argv, [&] { sweep(options); });
+  return run(app, argc, argv, [&] { measure_as_asked(options); });
 }
