@@ -87,7 +87,8 @@ TEST_CASE("the report holds settings, counts, times and errors") {
   CHECK(report["program"] == "cut_relighting");
   CHECK(report["settings"]["sigma"] == 1.5);
   CHECK(report["settings"]["cut_size"] == 99);
-  CHECK(report["settings"]["lights"] == 1024);
+  CHECK(report["settings"]["lights"] == "env");
+  CHECK(report["settings"]["light_count"] == 1024);
   CHECK(report["settings"]["width"] == 64);
   CHECK(report["preparation"]["triangles"] == 14);
   CHECK(report["preparation"]["lights"] == 1024);
@@ -96,7 +97,7 @@ TEST_CASE("the report holds settings, counts, times and errors") {
     CHECK(report["preparation"][key] > 0);
   for (const char* key : {"tree", "camera", "refinement", "visibility"})
     CHECK(report["preparation"]["seconds"][key] >= 0);
-  const json& cuts = report["visibility_cuts"];
+  const json& cuts = report["preparation"]["visibility_cuts"];
   CHECK(cuts["min"] <= cuts["mean"]);
   CHECK(cuts["mean"] <= cuts["max"]);
   CHECK(cuts["bytes"] > 0);
