@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <coppice/relight/occluder.hpp>
 #include <coppice/scene/hit.hpp>
 #include <coppice/scene/mesh.hpp>
+#include <coppice/scene/occluder.hpp>
 #include <cstddef>
 #include <limits>
 #include <optional>

@@ -1,8 +1,8 @@
 // Embree as camera and shadow rays over a scene's triangles.
 #pragma once
 
-#include <coppice/relight/occluder.hpp>
 #include <coppice/scene/hit.hpp>
+#include <coppice/scene/occluder.hpp>
 #include <coppice/scene/scene.hpp>
 #include <memory>
 #include <optional>

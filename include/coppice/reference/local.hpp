@@ -5,7 +5,7 @@
 #include <coppice/light/local_light.hpp>
 #include <coppice/reference/dense.hpp>
 #include <coppice/reference/merge_per_leaf.hpp>
-#include <coppice/relight/occluder.hpp>
+#include <coppice/scene/occluder.hpp>
 #include <limits>
 #include <vector>
 

@@ -6,9 +6,9 @@
 #include <coppice/relight/clusters.hpp>
 #include <coppice/relight/light_kinds.hpp>
 #include <coppice/relight/local_lighting.hpp>
-#include <coppice/relight/occluder.hpp>
 #include <coppice/relight/shade.hpp>
 #include <coppice/relight/visibility.hpp>
+#include <coppice/scene/occluder.hpp>
 
 namespace coppice {
 

@@ -8,9 +8,9 @@
 #include <coppice/relight/light_rays.hpp>
 #include <coppice/relight/local_lighting.hpp>
 #include <coppice/relight/node_bounds.hpp>
-#include <coppice/relight/occluder.hpp>
 #include <coppice/relight/shade.hpp>
 #include <coppice/relight/shading_buffer.hpp>
+#include <coppice/scene/occluder.hpp>
 
 namespace coppice {
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <bit>
 #include <coppice/core/config.hpp>
-#include <coppice/relight/occluder.hpp>
 #include <coppice/relight/receivers.hpp>
+#include <coppice/scene/occluder.hpp>
 #include <coppice/tree/light_tree.hpp>
 #include <cstdint>
 #include <limits>

@@ -69,8 +69,11 @@ class TreeBuilder {
   std::size_t dimension() const { return metric_.dimension(); }
   const float* point(std::uint32_t light) const { return coordinates_.data() + light * dimension(); }
 
-  /// |s - a|² - |s - b|². Many coordinates are added in lanes, few in order.
+  /// d(s, a) - d(s, b): that of the metric where it has one of its own, else |s - a|² - |s - b|². Many
+  /// coordinates are added in lanes, few in order.
   float difference_of_distances(const float* s, const float* a, const float* b) const {
+    if constexpr (requires { metric_.distance(s, a); })
+      return metric_.distance(s, a) - metric_.distance(s, b);
     constexpr std::size_t lanes = 16;
     std::array<float, lanes> lane_sums{};
     std::size_t k = 0;

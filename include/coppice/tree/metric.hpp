@@ -16,7 +16,8 @@ struct LightSample {
 };
 
 /// What a tree is built by: `size()` lights as points of `dimension()` finite coordinates, whose squared
-/// Euclidean distance is the distance of the lights. write_point(light, point) fills in one of them.
+/// Euclidean distance is the distance of the lights. write_point(light, point) fills in one of them. A metric
+/// whose distance is another one says so by distance(const float* point, const float* centre).
 template <class M>
 concept LightMetric = requires(const M& metric, std::uint32_t light, std::span<float> point) {
   { metric.size() } -> std::convertible_to<std::size_t>;
