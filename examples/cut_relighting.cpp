@@ -6,6 +6,7 @@
 #include <coppice/exr/exposure.hpp>
 #include <coppice/exr/write.hpp>
 #include <optional>
+#include <support/frames.hpp>
 #include <support/knobs.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
@@ -96,17 +97,6 @@ nlohmann::json all_settings_json(const SystemOptions& o) {
   return j;
 }
 
-/// out.exr, or out.0007.exr.
-std::filesystem::path frame_path(const SystemOptions& o, int frame) {
-  std::filesystem::path path = o.common.out;
-  if (o.frames == 1) return path;
-  std::string number = std::to_string(frame);
-  number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
-  return path.replace_extension("." + number + path.extension().string());
-}
-
-std::filesystem::path preview_path(std::filesystem::path image) { return image.replace_extension(".png"); }
-
 /// What does not go together.
 void check_combinations(const SystemOptions& o) {
   if (o.lights == LightKind::environment && o.common.environment.empty())
@@ -126,13 +116,7 @@ void check_combinations(const SystemOptions& o) {
 /// Whatever would stop the program after minutes of work.
 void check_before_work(const SystemOptions& o) {
   check_combinations(o);
-  if (o.common.out == preview_path(o.common.out))
-    throw InputError(o.common.out.string(), "is the name of the preview", "let --out end in .exr");
-  for (const int frame : {0, o.frames - 1}) {
-    require_writable(frame_path(o, frame));
-    require_writable(preview_path(frame_path(o, frame)));
-  }
-  if (!o.common.report.empty()) require_writable(o.common.report);
+  require_frames_writable(o.common.out, o.frames, o.common.report);
   if (!o.store.empty()) require_writable(o.store);
   require_backend(o.common.backend);
 }
@@ -153,7 +137,7 @@ class FrameWriter {
     std::vector<Layer> layers{
         {"", frame.image}, {"A", frame.direct.coverage}, {"cut_size.Y", frame.cut_size}};
     for (const auto& [name, image] : frame.parts) layers.push_back({name, image});
-    const std::filesystem::path path = frame_path(options_, number);
+    const std::filesystem::path path = frame_path(options_.common.out, options_.frames, number);
     write_exr(path, frame.image.width, frame.image.height, layers);
     write_png(preview_path(path), frame.image, exposure(frame));
     return frame.report;

@@ -12,6 +12,7 @@
 #include <support/report.hpp>
 #include <support/text.hpp>
 #include <support/trade_output.hpp>
+#include <support/vpl_sweep.hpp>
 
 namespace coppice::program {
 namespace {
@@ -238,7 +239,11 @@ void measure_as_asked(const Options& o) {
 
 int main(int argc, char** argv) {
   using namespace coppice::program;
-  CLI::App app("Measures time against error of relighting through cuts, over their knobs.", "trade");
+  if (argc > 1 && std::string(argv[1]) == "glossy_vpls") return sweep_vpls(argc - 1, argv + 1);
+  CLI::App app(
+      "Measures time against error of relighting through cuts, over their knobs. `trade glossy_vpls` "
+      "measures gathering from VPLs; it has a --help of its own.",
+      "trade");
   Options options;
   add_options(app, options);
   return run(app, argc, argv, [&] { measure_as_asked(options); });

@@ -152,7 +152,7 @@ class EnvironmentSystem : public System {
   RenderedFrame render_pose(int number) {
     const Raster& raster = options_.common.raster;
     Stopwatch watch;
-    const Pose pose = objects_->pose(time_of_frame(options_, in_.scene, number), threads_);
+    const Pose pose = objects_->pose(time_of_frame(options_.frames, in_.scene, number), threads_);
     const double posed = 1e3 * watch.seconds();
     RenderedFrame frame{Image(raster.width, raster.height),
                         relighting_->direct(),
@@ -173,7 +173,7 @@ class EnvironmentSystem : public System {
                     {"milliseconds_camera", 1e3 * pose.seconds.camera},
                     {"shadowed_receivers", pose.shadowed_receivers},
                     {"clusters", summary_json(summary_of(clusters))}};
-    time_ = time_of_frame(options_, in_.scene, number);
+    time_ = time_of_frame(options_.frames, in_.scene, number);
     return frame;
   }
 

@@ -201,7 +201,7 @@ class LocalSystem : public System {
   /// The whole scene as it stands at a frame, with nothing kept from the last.
   void pose(int frame) {
     posed_ = in_.scene;
-    posed_.mesh = mesh_at(in_.scene, time_of_frame(options_, in_.scene, frame));
+    posed_.mesh = mesh_at(in_.scene, time_of_frame(options_.frames, in_.scene, frame));
     posed_tracer_.emplace(posed_);
     tracer_ = &*posed_tracer_;
     gather_lights(posed_);

@@ -62,7 +62,7 @@ json summary_json(const CountSummary& s) { return {{"min", s.min}, {"mean", s.me
 
 json errors_json(const ImageErrors& e) {
   return {
-      {"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse}, {"p99", e.p99}, {"pixels", e.pixels}};
+      {"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse}, {"p95", e.p95}, {"p99", e.p99}, {"pixels", e.pixels}};
 }
 
 std::vector<bool> counted_pixels(const DirectImage& direct) {

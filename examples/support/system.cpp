@@ -6,8 +6,8 @@ float turn_of_frame(const SystemOptions& options, int frame) {
   return glm::radians(options.common.rotate_environment * float(options.frames > 1 ? frame : 1));
 }
 
-float time_of_frame(const SystemOptions& options, const Scene& scene, int frame) {
-  return options.frames > 1 ? animation_duration(scene) * float(frame) / float(options.frames) : 0.0f;
+float time_of_frame(int frames, const Scene& scene, int frame) {
+  return frames > 1 ? animation_duration(scene) * float(frame) / float(frames) : 0.0f;
 }
 
 std::vector<float> resolve_counts(const ShadingBuffer& buffer, const Raster& raster,

@@ -74,8 +74,8 @@ std::unique_ptr<System> make_local_system(const SystemOptions& options, Inputs& 
 /// Radians by which a frame turns the environment.
 float turn_of_frame(const SystemOptions& options, int frame);
 
-/// Seconds into the animation at which a frame stands.
-float time_of_frame(const SystemOptions& options, const Scene& scene, int frame);
+/// Seconds into the animation at which a frame of so many stands.
+float time_of_frame(int frames, const Scene& scene, int frame);
 
 /// Means over pixels of numbers a point.
 std::vector<float> resolve_counts(const ShadingBuffer& buffer, const Raster& raster,

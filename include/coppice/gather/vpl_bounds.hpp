@@ -35,7 +35,7 @@ struct VplBound {
 inline float brightest(const vec3& rgb) { return std::max(rgb.x, std::max(rgb.y, rgb.z)); }
 
 inline VplBound bound_of_leaf(const VplNode& n) {
-  const float k = std::max(n.exponent, 0.0f);
+  const float k = lobe_shining(n.exponent);
   VplBound b;
   b.low = b.high = n.position;
   b.normal_low = b.normal_high = n.normal;

@@ -4,7 +4,7 @@
 // Eq. 1): its integral over all directions is l. The mean of its directions points along d and is
 // R = (k + 1)/(k + 2) long; 1 - R = 1/(k + 2) is what the forms below carry, because R itself loses the
 // exponent's digits. Exponents reach down to -1, R = 0: lobes that point apart more than one lobe can tell.
-// Such a lobe shines as one of exponent 0 does.
+// Such a lobe shines as lobe_shining says.
 #ifndef COPPICE_SHARED_LOBE_H
 #define COPPICE_SHARED_LOBE_H
 #include <coppice/shared/language.h>

@@ -13,7 +13,7 @@ struct VplNode {
   vec3 diffuse;     ///< Σ area · diffuse radiance
   float energy;     ///< luminance of π diffuse + specular
   vec3 specular;    ///< Σ area · energy of the lobe of radiance (Filtering Eq. 1)
-  float exponent;   ///< k of the lobe, [-1, inf); shines as max(k, 0)
+  float exponent;   ///< k of the lobe, [-1, inf); shines as lobe_shining(k)
   vec3 position;    ///< mean
   float variance;   ///< mean squared distance from it, m²
   vec3 normal;      ///< mean of the unit normals, not normalised
@@ -110,7 +110,7 @@ COPPICE_FUNCTION_OF_REAL COPPICE_OF_REAL(VplTerms)
 COPPICE_FUNCTION_OF_REAL COPPICE_OF_REAL(VplTerms)
     vpl_terms(COPPICE_OF_REAL(VplShape) node, COPPICE_OF_REAL(PointShape) point,
               COPPICE_OF_REAL(VplArrival) a) {
-  return vpl_terms_of_exponents(node, point, a, max(node.exponent, REAL(0.0f)), point.exponent);
+  return vpl_terms_of_exponents(node, point, a, lobe_shining(node.exponent), point.exponent);
 }
 
 /// The same for a cluster: its VPLs stand at their mean position, and both lobes are as much wider as the
@@ -118,7 +118,7 @@ COPPICE_FUNCTION_OF_REAL COPPICE_OF_REAL(VplTerms)
 COPPICE_FUNCTION_OF_REAL COPPICE_OF_REAL(VplTerms)
     vpl_cluster_terms(COPPICE_OF_REAL(VplShape) node, COPPICE_OF_REAL(PointShape) point,
                       COPPICE_OF_REAL(VplArrival) a) {
-  return vpl_terms_of_exponents(node, point, a, lobe_widened(max(node.exponent, REAL(0.0f)), a.widening),
+  return vpl_terms_of_exponents(node, point, a, lobe_widened(lobe_shining(node.exponent), a.widening),
                                 lobe_widened(point.exponent, a.widening));
 }
 

@@ -15,7 +15,8 @@ struct ImageErrors {
   double rel_rmse = 0;  ///< |x - r|₂ / |r|₂: bright spots rule
   double mre = 0;       ///< mean |x - r| / (r + 0.1 r̄): each pixel counts alike
   double rel_mse = 0;   ///< mean (x - r)² / (r² + 0.01)
-  double p99 = 0;       ///< 99th percentile of |x - r| / (r + 0.1 r̄)
+  double p95 = 0;       ///< 95th percentile of |x - r| / (r + 0.1 r̄)
+  double p99 = 0;       ///< 99th percentile
   std::size_t pixels = 0;
 };
 
@@ -56,9 +57,13 @@ inline ImageErrors image_errors(const Image& image, const Image& reference, cons
   if (sums.difference2 > 0) errors.rel_rmse = std::sqrt(sums.difference2 / sums.reference2);
   errors.mre = sums.relative / values;
   errors.rel_mse = sums.relative2 / values;
-  const auto nth = sums.each.begin() + std::ptrdiff_t(0.99 * (values - 1));
-  std::ranges::nth_element(sums.each, nth);
-  errors.p99 = *nth;
+  const auto percentile = [&](double share) {
+    const auto nth = sums.each.begin() + std::ptrdiff_t(share * (values - 1));
+    std::ranges::nth_element(sums.each, nth);
+    return *nth;
+  };
+  errors.p95 = percentile(0.95);
+  errors.p99 = percentile(0.99);
   return errors;
 }
 

@@ -1,0 +1,132 @@
+// Glossy global illumination from virtual point lights whose directional radiance is filtered up a tree
+// (reflectance filtering). Nothing is precomputed: lights, materials and objects may change with each frame.
+#include <coppice/core/error.hpp>
+#include <coppice/exr/exposure.hpp>
+#include <coppice/exr/tone_map.hpp>
+#include <coppice/exr/write.hpp>
+#include <support/frames.hpp>
+#include <support/report.hpp>
+#include <support/vpl_system.hpp>
+
+namespace coppice::program {
+namespace {
+
+void add_options(CLI::App& app, VplSystemOptions& o) {
+  add_vpl_options(app, o);
+  add_compare_options(app, o.common);
+  app.add_option(
+         "--compare-minus", o.compare_minus,
+         "EXR file that is taken from that of --compare before the light of the VPLs alone is compared "
+         "with it: a reference of direct light")
+      ->needs(app.get_option("--compare"));
+  app.add_option("--out", o.common.out,
+                 "EXR file to write; a tone-mapped PNG of the same name goes beside it")
+      ->required();
+  app.add_option("--frames", o.frames,
+                 "frames, numbered in their names; frame i is turned by i times --rotate-env")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  app.add_flag("--animate", o.animate, "plays the file's first animation over the frames");
+  app.add_flag("--reference", o.reference,
+               "also sum over every VPL at every pixel: adds the EXR layers reference and error");
+}
+
+/// What --compare names, less what --compare-minus names.
+Image comparison_image(const VplSystemOptions& o) {
+  if (o.common.compare.empty()) return {};
+  Image image = read_comparison(o.common.compare, o.common.raster);
+  if (o.compare_minus.empty()) return image;
+  const Image less = read_comparison(o.compare_minus, o.common.raster);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] -= less.pixels[i];
+  return image;
+}
+
+class FrameWriter {
+ public:
+  FrameWriter(const VplSystemOptions& options, System& system)
+      : options_(options), system_(system), comparison_(comparison_image(options)) {}
+
+  nlohmann::json write(int number) {
+    RenderedFrame frame = system_.render(number);
+    const auto counts = counted_pixels(frame.direct);
+    if (!comparison_.pixels.empty()) {
+      const Image& image = options_.compare_minus.empty() ? frame.image : part(frame, "indirect");
+      frame.report["compared"] =
+          errors_json(compare(image, comparison_, counts, options_.common.compare_block));
+    }
+    if (options_.reference) add_reference(frame, counts);
+    std::vector<Layer> layers{
+        {"", frame.image}, {"A", frame.direct.coverage}, {"cut_size.Y", frame.cut_size}};
+    for (const auto& [name, image] : frame.parts) layers.push_back({name, image});
+    const auto path = frame_path(options_.common.out, options_.frames, number);
+    write_exr(path, frame.image.width, frame.image.height, layers);
+    write_png(preview_path(path), frame.image, exposure(frame));
+    return frame.report;
+  }
+
+ private:
+  static const Image& part(const RenderedFrame& frame, const std::string& name) {
+    return std::ranges::find(frame.parts, name, [](const auto& p) { return p.first; })->second;
+  }
+
+  void add_reference(RenderedFrame& frame, const std::vector<bool>& counts) {
+    Image reference = system_.reference(frame.report), error = part(frame, "indirect");
+    frame.report["errors"] = errors_json(compare(error, reference, counts, 1));
+    for (std::size_t i = 0; i < error.pixels.size(); ++i) error.pixels[i] -= reference.pixels[i];
+    frame.parts.emplace_back("reference", std::move(reference));
+    frame.parts.emplace_back("error", std::move(error));
+  }
+
+  /// That of the first frame, so that an animation does not flicker.
+  float exposure(const RenderedFrame& frame) {
+    if (!exposure_) exposure_ = automatic_exposure(frame.image, frame.direct.coverage);
+    return *exposure_;
+  }
+
+  const VplSystemOptions& options_;
+  System& system_;
+  Image comparison_;
+  std::optional<float> exposure_;
+};
+
+void print_frame(int frame, const nlohmann::json& j) {
+  std::fprintf(stderr, "frame %d: %.0f ms, %zu of %zu VPLs shine", frame, j["milliseconds"].get<double>(),
+               j["vpls"]["shining"].get<std::size_t>(), j["vpls"]["placed"].get<std::size_t>());
+  for (const char* what : {"nodes", "shadow_rays"})
+    if (j.contains(what)) std::fprintf(stderr, ", %.0f %s a pixel", j[what]["mean"].get<double>(), what);
+  for (const auto& [what, against] : {std::pair("errors", "all VPLs"), std::pair("compared", "--compare")})
+    if (j.contains(what))
+      std::fprintf(stderr, ", relRMSE %.3f%%, mre %.3f%% against %s", 100 * j[what]["rel_rmse"].get<double>(),
+                   100 * j[what]["mre"].get<double>(), against);
+  std::fprintf(stderr, "\n");
+}
+
+void render(const VplSystemOptions& o) {
+  check_combinations(o);
+  require_frames_writable(o.common.out, o.frames, o.common.report);
+  const Threads threads(o.common.threads);
+  Inputs in = load_inputs(o.common, {.separate_moving = o.animate});
+  const auto system = make_vpl_system(o, in, threads);
+  FrameWriter writer(o, *system);
+  nlohmann::json report = {{"program", "glossy_vpls"},
+                           {"settings", settings_json(o)},
+                           {"preparation", system->preparation()},
+                           {"warnings", in.scene.warnings}};
+  for (int frame = 0; frame < o.frames; ++frame) {
+    report["frames"].push_back(writer.write(frame));
+    print_frame(frame, report["frames"].back());
+  }
+  if (!o.common.report.empty()) write_report(o.common.report, report);
+}
+
+}  // namespace
+}  // namespace coppice::program
+
+int main(int argc, char** argv) {
+  using namespace coppice::program;
+  CLI::App app("Glossy global illumination from virtual point lights, with nothing precomputed.",
+               "glossy_vpls");
+  VplSystemOptions options;
+  add_options(app, options);
+  return run(app, argc, argv, [&] { render(options); });
+}

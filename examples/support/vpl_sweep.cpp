@@ -1,0 +1,388 @@
+#include <coppice/core/error.hpp>
+#include <coppice/exr/exposure.hpp>
+#include <coppice/exr/tone_map.hpp>
+#include <coppice/exr/write_file.hpp>
+#include <coppice/trade/psnr.hpp>
+#include <cstdio>
+#include <support/report.hpp>
+#include <support/text.hpp>
+#include <support/vpl_study.hpp>
+#include <support/vpl_surfaces.hpp>
+#include <support/vpl_sweep.hpp>
+
+namespace coppice::program {
+namespace {
+
+struct SweepOptions {
+  VplSystemOptions base;
+  std::vector<std::size_t> counts{16384};
+  std::vector<int> bounces{1};
+  std::vector<std::string> gather_texts{"bound:0.02", "bound:0.01", "bound:0.005", "angle:0.05",
+                                        "angle:0.02"};
+  std::vector<std::string> pixel_texts;
+  std::size_t points = 4096;
+  int repeat = 3;
+};
+
+/// A row of the table.
+struct Row {
+  std::size_t vpls = 0, shining = 0;
+  int bounces = 1;
+  GatherMeasurement gather;
+  BruteForce brute;            // its radiance left empty
+  std::string pixels;          // of a whole image: which were gathered
+  double share = 0, psnr = 0;  // of the covered pixels; against all of them gathered
+};
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == ':')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
+}
+
+float number(const std::string& option, const std::string& text) {
+  try {
+    std::size_t end = 0;
+    const float value = std::stof(text, &end);
+    if (end == text.size() && std::isfinite(value) && value >= 0) return value;
+  } catch (const std::logic_error&) {
+  }
+  throw InputError(option, "'" + text + "' is not a number of at least 0", "write bound:0.01 or the like");
+}
+
+/// "bound:0.01", "angle:0.02", "min-max:40:9:0.02", "traced:0.002", "energy:0.002" (traced, drawn by energy),
+/// with
+/// ":kd", ":lengths" or ":uniform" behind them for another tree.
+GatherSetting parse_gather(const std::string& text) {
+  std::vector<std::string> parts = split(text);
+  GatherSetting s{.name = text};
+  const auto take = [&](const std::string& word) { return std::erase(parts, word) > 0; };
+  if (take("kd")) s.tree.clustering = VplClustering::kd;
+  if (take("lengths")) s.tree.clustering = VplClustering::lengths;
+  if (take("uniform")) s.tree.filter = VplFilter::uniform;
+  const bool is_min_max = parts[0] == "min-max";
+  if (parts.size() != (is_min_max ? 4 : 2))
+    throw InputError("--gather", "'" + text + "' is not KIND:THRESHOLD", "write bound:0.01 or the like");
+  s.threshold = number("--gather", parts.back());
+  if (is_min_max) s.min_max = {number("--gather", parts[1]), number("--gather", parts[2])};
+  if (is_min_max || parts[0] == "angle")
+    s.criterion = Criterion::angle;
+  else if (parts[0] == "traced")
+    s.traced = VplChoice::contribution;
+  else if (parts[0] == "energy")
+    s.traced = VplChoice::energy;
+  else if (parts[0] != "bound")
+    throw InputError("--gather", "'" + parts[0] + "' is no kind",
+                     "use bound, angle, min-max, traced or energy");
+  if (s.criterion == Criterion::angle && !(s.threshold > 0 && s.threshold < 6))
+    throw InputError("--gather", "'" + text + "' has no solid angle between 0 and 6", "write angle:0.02");
+  return s;
+}
+
+/// "relative:0.07", "paper:0.3", "uniform:4".
+AdaptiveOptions parse_pixels(const std::string& text, float diagonal) {
+  const std::vector<std::string> parts = split(text);
+  if (parts.size() != 2)
+    throw InputError("--pixels", "'" + text + "' is not KIND:VALUE", "write relative:0.07");
+  const float value = number("--pixels", parts[1]);
+  AdaptiveOptions o;
+  if (parts[0] == "paper")
+    o = paper_sampling(diagonal);
+  else if (parts[0] == "uniform" && (value == 2 || value == 4 || value == 8))
+    return uniform_sampling(int(value));
+  else if (parts[0] != "relative")
+    throw InputError("--pixels", "'" + text + "' is no kind",
+                     "use relative:EPSILON, paper:EPSILON or uniform:2, 4, 8");
+  o.epsilon = value;
+  return o;
+}
+
+/// The scene as its camera sees it; VPLs come later.
+VplSubject seen_scene(Inputs& in, const VplSystemOptions& o, const EmbreeTracer& tracer,
+                      const Threads& threads) {
+  VplSubject s;
+  s.scene = in.scene, s.camera = in.camera, s.raster = o.common.raster;
+  for (const CameraHit& h : trace_camera(tracer, s.camera, s.raster, threads))
+    if (emission_at(s.scene, h.hit) == vec3(0)) s.hits.push_back(h);
+  s.points = glossy_points(s.scene, s.hits, ProgramSurfaces{s.scene, o.common.shading, o.exponents}, threads);
+  return s;
+}
+
+void place_and_light(VplSubject& s, const VplSystemOptions& o, std::span<const LocalLight> lights,
+                     std::size_t count, int bounces, const EmbreeTracer& tracer, const Threads& threads) {
+  VplOptions placement = o.placement;
+  placement.count = count;
+  const auto vpls = place_vpls(s.scene, lights, tracer, threads, placement);
+  std::vector<VplLight> light(vpls.size());
+  light_vpls(vpls, lights, tracer, threads, light);
+  const ProgramSurfaces surfaces{s.scene, o.common.shading, o.exponents};
+  const auto leaves_of = [&](std::span<const VplLight> l) { return vpl_leaves(vpls, l, surfaces, threads); };
+  const BounceGather gather{bounces, 0.02f, o.is_traced, o.common.seed, {}};
+  light = with_bounces(vpls, light, leaves_of, gather, tracer, threads);
+  s.leaves = shining(leaves_of(light));
+  s.placed = vpls.size();
+}
+
+/// Whole images, some pixels gathered and the others interpolated.
+class PixelStudy {
+ public:
+  PixelStudy(const VplSubject& s, const VplTree& tree, const GatherSetting& setting,
+             const EmbreeTracer& tracer)
+      : s_(s),
+        tree_(tree),
+        setting_(setting),
+        tracer_(tracer),
+        point_of_(s.raster.pixel_count()),
+        buffer_(g_buffer_of(s.scene, s.camera, s.raster, s.hits, s.points)) {
+    for (std::uint32_t i = 0; i < s.points.size(); ++i) point_of_[s.points[i].pixel] = i;
+    full_ = image_of(gather(s.points));
+    exposure_ = automatic_exposure(full_, coverage());
+  }
+
+  Row measure(const AdaptiveOptions& options, const std::string& name, std::span<const vec3> reference,
+              int repeat) {
+    Row row{.gather = {.setting = setting_}, .pixels = name};
+    std::vector<double> times;
+    AdaptiveImage image;
+    for (int i = 0; i < repeat; ++i) {
+      nodes_.clear(), tests_ = 0;
+      Stopwatch watch;
+      image = sample_adaptively(
+          buffer_, options,
+          [&](std::span<const std::uint32_t> pixels, std::span<vec3> radiance) {
+            std::vector<GlossyPoint> points;
+            for (const std::uint32_t p : pixels) points.push_back(s_.points[point_of_[p]]);
+            std::ranges::copy(gather(points), radiance.begin());
+          },
+          Serial{});
+      times.push_back(1e6 * watch.lap() / double(s_.points.size()));
+    }
+    const CountSummary summary = summary_of(nodes_);
+    row.gather.least = summary.min, row.gather.most = summary.max, row.gather.mean = summary.mean;
+    row.gather.tests = double(tests_) / double(std::max<std::size_t>(1, nodes_.size()));
+    row.gather.microseconds = median(times);
+    row.share = double(image.samples) / double(s_.points.size());
+    row.psnr = psnr(displayed(image.radiance), displayed(full_), counted());
+    std::vector<vec3> values;
+    for (const GlossyPoint& p : s_.points) values.push_back(image.radiance.pixels[p.pixel]);
+    row.gather.errors = point_errors(values, reference);
+    return row;
+  }
+
+ private:
+  std::vector<vec3> gather(std::span<const GlossyPoint> points) {
+    std::vector<std::uint32_t> nodes;
+    std::size_t tests = 0;
+    auto radiance = gather_at(s_, tree_, points, setting_, tracer_, nodes, tests);
+    nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
+    tests_ += tests;
+    return radiance;
+  }
+  Image image_of(std::span<const vec3> values) const {
+    Image image(s_.raster.width, s_.raster.height);
+    for (std::size_t i = 0; i < values.size(); ++i) image.pixels[s_.points[i].pixel] = values[i];
+    return image;
+  }
+  std::vector<bool> counted() const {
+    std::vector<bool> counts(s_.raster.pixel_count(), false);
+    for (const GlossyPoint& p : s_.points) counts[p.pixel] = true;
+    return counts;
+  }
+  std::vector<float> coverage() const {
+    std::vector<float> covered(s_.raster.pixel_count(), 0);
+    for (const GlossyPoint& p : s_.points) covered[p.pixel] = 1;
+    return covered;
+  }
+  /// As the preview shows it, in [0, 1].
+  Image displayed(Image image) const {
+    for (vec3& p : image.pixels) {
+      const vec3 shown = tone_map(p, exposure_);
+      p = {srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z)};
+    }
+    return image;
+  }
+
+  const VplSubject& s_;
+  const VplTree& tree_;
+  GatherSetting setting_;
+  const EmbreeTracer& tracer_;
+  std::vector<std::uint32_t> point_of_, nodes_;
+  GBuffer buffer_;
+  Image full_;
+  float exposure_ = 1;
+  std::size_t tests_ = 0;
+};
+
+class Sweep {
+ public:
+  Sweep(const SweepOptions& o, Inputs& in, const Threads& threads)
+      : o_(o),
+        threads_(threads),
+        tracer_(in.scene),
+        subject_(seen_scene(in, o.base, tracer_, threads)),
+        lights_(primary_lights(o.base, in.scene, in.environment)) {}
+
+  std::vector<Row> run() {
+    for (const std::size_t count : o_.counts)
+      for (const int bounces : o_.bounces) {
+        place_and_light(subject_, o_.base, lights_, count, bounces, tracer_, threads_);
+        std::fprintf(stderr, "%zu VPLs, %zu shine, %d bounce(s)\n", subject_.placed, subject_.leaves.size(),
+                     bounces);
+        measure_settings(bounces);
+      }
+    return std::move(rows_);
+  }
+  const VplSubject& subject() const { return subject_; }
+
+ private:
+  void measure_settings(int bounces) {
+    const auto points = spread_points(subject_, o_.points);
+    const BruteForce brute = sum_all(subject_, points, o_.repeat);
+    std::vector<vec3> seen;
+    for (const std::string& text : o_.gather_texts) {
+      const GatherSetting setting = parse_gather(text);
+      if (setting.traced && seen.empty()) seen = sum_all_traced(subject_, points, tracer_, threads_);
+      const VplTree tree(subject_.leaves, setting.tree);
+      Row row{.gather = measure_gather(subject_, tree, points, setting.traced ? seen : brute.radiance,
+                                       setting, tracer_, o_.repeat)};
+      add(std::move(row), brute, bounces);
+      if (!setting.traced) measure_pixels(tree, setting, brute, bounces);
+    }
+  }
+
+  void measure_pixels(const VplTree& tree, const GatherSetting& setting, const BruteForce& brute,
+                      int bounces) {
+    if (o_.pixel_texts.empty()) return;
+    if (all_.empty() || all_of_ != subject_.leaves.size()) sum_everywhere();
+    PixelStudy study(subject_, tree, setting, tracer_);
+    for (const std::string& text : o_.pixel_texts)
+      add(study.measure(parse_pixels(text, scene_size(subject_.scene.mesh)), text, all_, o_.repeat), brute,
+          bounces);
+  }
+
+  void sum_everywhere() {
+    std::vector<std::uint32_t> ids(subject_.leaves.size());
+    std::iota(ids.begin(), ids.end(), 0u);
+    VplArrays arrays;
+    arrays.assign(subject_.leaves, ids);
+    all_.assign(subject_.points.size(), vec3(0));
+    all_of_ = subject_.leaves.size();
+    threads_(all_.size(), 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        all_[i] = reflect_nodes<VplKind::single>(arrays, subject_.points[i]);
+    });
+  }
+
+  void add(Row row, const BruteForce& brute, int bounces) {
+    row.vpls = subject_.placed, row.shining = subject_.leaves.size(), row.bounces = bounces;
+    row.brute.microseconds = brute.microseconds, row.brute.microseconds_all = brute.microseconds_all;
+    rows_.push_back(std::move(row));
+  }
+
+  const SweepOptions& o_;
+  const Threads& threads_;
+  EmbreeTracer tracer_;
+  VplSubject subject_;
+  std::vector<LocalLight> lights_;
+  std::vector<Row> rows_;
+  std::vector<vec3> all_;
+  std::size_t all_of_ = 0;
+};
+
+std::string csv(std::span<const Row> rows, const SweepOptions& o) {
+  std::string text =
+      "scene,vpls,shining,bounces,gather,pixels,nodes_min,nodes_mean,nodes_max,tests,rel_rmse,mre,p95,bias,"
+      "microseconds,times_brute_shining,times_brute_all,pixel_share,psnr_db\n";
+  for (const Row& r : rows) {
+    const GatherMeasurement& g = r.gather;
+    text += formatted("%s,%zu,%zu,%d,%s,%s,%zu,%.1f,%zu,%.1f,%.6f,%.6f,%.6f,%.6f,%.4f,%.2f,%.2f,%.4f,%.2f\n",
+                      o.base.common.scene.filename().c_str(), r.vpls, r.shining, r.bounces,
+                      g.setting.name.c_str(), r.pixels.c_str(), g.least, g.mean, g.most, g.tests,
+                      g.errors.rel_rmse, g.errors.mre, g.errors.p95, g.bias, g.microseconds,
+                      r.brute.microseconds / g.microseconds, r.brute.microseconds_all / g.microseconds,
+                      r.share, r.psnr);
+  }
+  return text;
+}
+
+std::string table(std::span<const Row> rows) {
+  std::string text =
+      "| VPLs (shining), bounces | gathered | nodes min / mean / max | relRMSE | mre | p95 | bias | µs a "
+      "point | × shining | × "
+      "all | pixels | PSNR |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const Row& r : rows) {
+    const GatherMeasurement& g = r.gather;
+    text += formatted(
+        "| %zu (%zu), %d | %s | %zu / %.0f / %zu | %.2f%% | %.2f%% | %.2f%% | %.2f%% | %.2f | %.1f | %.1f | ",
+        r.vpls, r.shining, r.bounces, g.setting.name.c_str(), g.least, g.mean, g.most,
+        100 * g.errors.rel_rmse, 100 * g.errors.mre, 100 * g.errors.p95, 100 * g.bias, g.microseconds,
+        r.brute.microseconds / g.microseconds, r.brute.microseconds_all / g.microseconds);
+    text += r.pixels.empty() ? std::string(" | |\n")
+                             : formatted("%s: %.1f%% | %.1f dB |\n", r.pixels.c_str(), 100 * r.share, r.psnr);
+  }
+  return text;
+}
+
+void add_options(CLI::App& app, SweepOptions& o) {
+  add_vpl_options(app, o.base);
+  for (const char* single : {"--vpls", "--bounces", "--criterion", "--threshold", "--clustering", "--filter",
+                             "--min-max", "--ray-choice", "--adaptive", "--epsilon", "--backend"})
+    if (app.get_option_no_throw(single)) app.remove_option(app.get_option(single));
+  app.add_option("--out", o.base.common.out, "CSV file to write")->required();
+  app.add_option("--vpls", o.counts, "numbers of VPLs, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1 << 22))
+      ->capture_default_str();
+  app.add_option("--bounces", o.bounces, "numbers of bounces, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 3))
+      ->capture_default_str();
+  app.add_option(
+         "--gather", o.gather_texts,
+         "ways to gather, separated by commas: bound:τ, angle:STERADIANS, min-max:MIN:MAX:STERADIANS, "
+         "traced:τ, energy:τ; each with :kd or :lengths (clustering) or :uniform (filter) behind it")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option(
+         "--pixels", o.pixel_texts,
+         "also measure images of which only some pixels are gathered: relative:ε, paper:ε, uniform:4, ...")
+      ->delimiter(',');
+  app.add_option("--points", o.points, "points at which ways to gather are compared, about")
+      ->check(CLI::Range(std::size_t{16}, std::size_t{1} << 24))
+      ->capture_default_str();
+  app.add_option("--repeat", o.repeat, "repetitions; times are their medians")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+}
+
+void run_sweep(const SweepOptions& o) {
+  check_combinations(o.base);
+  for (const std::string& text : o.gather_texts) parse_gather(text);
+  for (const std::string& text : o.pixel_texts) parse_pixels(text, 1);
+  for (const auto& path : {o.base.common.out, o.base.common.report})
+    if (!path.empty()) require_writable(path);
+  const Threads threads(o.base.common.threads);
+  Inputs in = load_inputs(o.base.common);
+  in.environment.rotation = glm::radians(o.base.common.rotate_environment);
+  Sweep sweep(o, in, threads);
+  const std::vector<Row> rows = sweep.run();
+  write_file(o.base.common.out, csv(rows, o));
+  std::printf("%zu pixels covered; times of one thread, over %zu points\n\n%s", sweep.subject().points.size(),
+              spread_points(sweep.subject(), o.points).size(), table(rows).c_str());
+}
+
+}  // namespace
+
+int sweep_vpls(int argc, char** argv) {
+  CLI::App app("Measures nodes, time and error of gathering the light of VPLs, over its knobs.",
+               "trade glossy_vpls");
+  SweepOptions options;
+  add_options(app, options);
+  return run(app, argc, argv, [&] { run_sweep(options); });
+}
+
+}  // namespace coppice::program
