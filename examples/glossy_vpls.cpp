@@ -6,6 +6,7 @@
 #include <coppice/exr/write.hpp>
 #include <support/frames.hpp>
 #include <support/report.hpp>
+#include <support/shader.hpp>
 #include <support/vpl_system.hpp>
 
 namespace coppice::program {
@@ -22,6 +23,9 @@ void add_options(CLI::App& app, VplSystemOptions& o) {
   app.add_option("--out", o.common.out,
                  "EXR file to write; a tone-mapped PNG of the same name goes beside it")
       ->required();
+  app.add_option("--backend", o.common.backend, "where VPLs are filtered and gathered")
+      ->check(CLI::IsMember({"cpu", "vulkan"}))
+      ->capture_default_str();
   app.add_option("--frames", o.frames,
                  "frames, numbered in their names; frame i is turned by i times --rotate-env")
       ->check(CLI::Range(1, 100000))
@@ -104,6 +108,7 @@ void print_frame(int frame, const nlohmann::json& j) {
 void render(const VplSystemOptions& o) {
   check_combinations(o);
   require_frames_writable(o.common.out, o.frames, o.common.report);
+  require_backend(o.common.backend);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common, {.separate_moving = o.animate});
   const auto system = make_vpl_system(o, in, threads);

@@ -61,8 +61,8 @@ CountSummary summary_of(std::span<const std::uint32_t> counts) {
 json summary_json(const CountSummary& s) { return {{"min", s.min}, {"mean", s.mean}, {"max", s.max}}; }
 
 json errors_json(const ImageErrors& e) {
-  return {
-      {"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse}, {"p95", e.p95}, {"p99", e.p99}, {"pixels", e.pixels}};
+  return {{"rel_rmse", e.rel_rmse}, {"mre", e.mre}, {"rel_mse", e.rel_mse},
+          {"p95", e.p95},           {"p99", e.p99}, {"pixels", e.pixels}};
 }
 
 std::vector<bool> counted_pixels(const DirectImage& direct) {

@@ -7,6 +7,7 @@
 #include <coppice/scene/pose.hpp>
 #include <coppice/trade/psnr.hpp>
 #include <support/report.hpp>
+#include <support/vpl_gatherer.hpp>
 #include <support/vpl_surfaces.hpp>
 #include <support/vpl_system.hpp>
 
@@ -18,7 +19,11 @@ using nlohmann::json;
 class VplSystem : public System {
  public:
   VplSystem(const VplSystemOptions& options, Inputs& in, const Threads& threads)
-      : options_(options), in_(in), threads_(threads), frames_(options.tree) {
+      : options_(options),
+        in_(in),
+        threads_(threads),
+        frames_(options.tree),
+        gatherer_(make_vpl_gatherer(options_, threads)) {
     Stopwatch watch;
     pose(0);
     gather_lights(0);
@@ -124,6 +129,7 @@ class VplSystem : public System {
       refit(std::move(leaves));
     else
       tree_ = VplTree(shining(std::move(leaves)), options_.tree);
+    gatherer_->use(tree());
     stages_["tree"] = 1e3 * watch.lap();
   }
 
@@ -167,16 +173,9 @@ class VplSystem : public System {
     return p;
   }
 
-  Gathered gather_points(std::span<const GlossyPoint> points, PointGroups& groups) const {
+  Gathered gather_points(std::span<const GlossyPoint> points, PointGroups& groups) {
     groups = group_points(points, options_.common.raster.width, in_.camera.position);
-    const float threshold = threshold_of(options_);
-    if (options_.is_traced)
-      return gather_traced(tree(), groups, threshold, options_.choice, *tracer_, options_.common.seed,
-                           threads_);
-    if (options_.criterion == Criterion::bound) return gather_by_bound(tree(), groups, threshold, threads_);
-    std::vector<WalkMark> marks;
-    if (options_.min_max) marks = min_max_marks(tree(), *options_.min_max);
-    return gather_by_angle(tree(), groups.points, threshold, marks, threads_);
+    return gatherer_->gather(groups, *tracer_);
   }
 
   Image gather(RenderedFrame& result) {
@@ -250,6 +249,7 @@ class VplSystem : public System {
   std::vector<SurfaceSample> placed_, vpls_;
   VplTree tree_;
   VplFrames frames_;
+  std::unique_ptr<VplGatherer> gatherer_;
   std::vector<CameraHit> hits_;
   std::vector<GlossyPoint> points_;
   std::vector<std::uint32_t> counts_;

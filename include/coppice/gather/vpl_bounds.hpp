@@ -118,24 +118,24 @@ class GroupBound {
   Bounded operator()(const VplBoundLanes& n) const {
     Lanes c[3], nearest2 = 0.0f, centre2 = 0.0f, reach2 = 0.0f, above = 0.0f, before = 0.0f;
     for (int k = 0; k < 3; ++k) {
-      const Lanes extent = 0.5f * (n.high[k] - n.low[k] + (points_.high[k] - points_.low[k]));
-      c[k] = 0.5f * (n.low[k] + n.high[k]) - 0.5f * (points_.low[k] + points_.high[k]);
-      const Lanes gap = max(abs(c[k]) - extent, 0.0f);
+      const Lanes from = n.low[k] - points_.high[k], to = n.high[k] - points_.low[k];
+      const Lanes gap = max(max(from, -to), 0.0f), extent = 0.5f * (to - from);
+      c[k] = 0.5f * (from + to);
       nearest2 = mul_add(gap, gap, nearest2);
       centre2 = mul_add(c[k], c[k], centre2);
       reach2 = mul_add(extent, extent, reach2);
-      above += most_product(points_.normal_low[k], points_.normal_high[k], c[k] - extent, c[k] + extent);
-      before += most_product(n.normal_low[k], n.normal_high[k], -c[k] - extent, extent - c[k]);
+      above += most_product(points_.normal_low[k], points_.normal_high[k], from, to);
+      before += most_product(n.normal_low[k], n.normal_high[k], -to, -from);
     }
-    const Lanes nearest = sqrt(nearest2);
-    const Lanes inverse = 1.0f / sqrt(max(centre2, 1e-24f));
+    const Lanes nearest = sqrt(nearest2), reach = sqrt(reach2);
+    const Lanes rounding = 5e-7f * mul_add(2.0f, reach, nearest);  // of heights: they cancel
+    const Lanes inverse = 1.0f / sqrt(max(centre2, 1e-24f)), sine = reach * inverse;
     for (Lanes& x : c) x = x * inverse;
-    const Lanes sine2 = reach2 * inverse * inverse;
-    const Cone cone{sqrt(sine2), sqrt(max(1.0f - sine2, 0.0f)), sine2 >= 1.0f};
+    const Cone cone{sine, sqrt(max(1.0f - sine * sine, 0.0f)), sine >= 1.0f};
     const Lanes here =
-        min(turned(most(points_.normal_low, points_.normal_high, c), cone), share(above, nearest));
-    const Lanes there =
-        min(turned(most(n.normal_low, n.normal_high, -c[0], -c[1], -c[2]), cone), share(before, nearest));
+        min(turned(most(points_.normal_low, points_.normal_high, c), cone), share(above + rounding, nearest));
+    const Lanes there = min(turned(most(n.normal_low, n.normal_high, -c[0], -c[1], -c[2]), cone),
+                            share(before + rounding, nearest));
     const Lanes lobe = turned(most(n.lobe_low, n.lobe_high, -c[0], -c[1], -c[2]), cone);
     const Lanes mirror = turned(most(points_.mirror_low, points_.mirror_high, c), cone);
     const Lanes sent = mul_add(n.peak, power(lobe, n.slowest), n.diffuse);
