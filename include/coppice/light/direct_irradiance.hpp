@@ -7,7 +7,7 @@
 #include <coppice/core/random.hpp>
 #include <coppice/light/local_light.hpp>
 #include <coppice/light/surface_samples.hpp>
-#include <coppice/relight/occluder.hpp>
+#include <coppice/scene/occluder.hpp>
 #include <limits>
 #include <optional>
 #include <span>
@@ -42,32 +42,29 @@ inline std::optional<LightPath> path_to(const LocalLight& light, const vec3& poi
 
 namespace detail {
 
-/// Collects shadow rays from one point, traces them sixteen at a time, and adds up what arrives.
-template <Occluder O>
+/// Collects shadow rays from one point, traces them sixteen at a time, and calls visit(light, irradiance) for
+/// those that are free, in their order.
+template <Occluder O, class Visit>
 class ShadowBatch {
  public:
-  ShadowBatch(const O& occluder, const vec3& origin) : occluder_(occluder) {
+  ShadowBatch(const O& occluder, const vec3& origin, Visit visit) : occluder_(occluder), visit_(visit) {
     std::fill_n(rays_.origin_x, 16, origin.x);
     std::fill_n(rays_.origin_y, 16, origin.y);
     std::fill_n(rays_.origin_z, 16, origin.z);
   }
 
-  void add(const LightPath& path, float weight = 1) {
+  void add(std::size_t light, const LightPath& path, float weight = 1) {
     rays_.direction_x[count_] = path.direction.x;
     rays_.direction_y[count_] = path.direction.y;
     rays_.direction_z[count_] = path.direction.z;
     rays_.t_max[count_] = path.t_max;
+    lights_[count_] = light;
     irradiance_[count_++] = weight * path.irradiance;
     if (count_ == 16) trace();
   }
 
-  /// Of all paths so far that are free.
-  glm::dvec3 irradiance() {
-    if (count_ > 0) trace();
-    return sum_;
-  }
-  /// Whether one of the paths so far is free.
-  bool any_free() {
+  /// Traces those that wait. Whether one of the paths so far is free.
+  bool finish() {
     if (count_ > 0) trace();
     return any_free_;
   }
@@ -76,16 +73,17 @@ class ShadowBatch {
   void trace() {
     const std::uint32_t lanes = (1u << count_) - 1, free = lanes & ~occluder_.occluded(rays_, lanes);
     for (std::uint32_t i = 0; i < count_; ++i)
-      if ((free >> i) & 1) sum_ += glm::dvec3(irradiance_[i]);
+      if ((free >> i) & 1) visit_(lights_[i], irradiance_[i]);
     any_free_ |= free != 0;
     count_ = 0;
   }
 
   const O& occluder_;
+  Visit visit_;
   ShadowPacket rays_{};
+  std::size_t lights_[16];
   vec3 irradiance_[16];
   std::uint32_t count_ = 0;
-  glm::dvec3 sum_{0};
   bool any_free_ = false;
 };
 
@@ -189,15 +187,27 @@ class DirectIrradiance {
   /// W/m², linear RGB.
   template <Occluder O>
   vec3 at(const O& occluder, const vec3& origin, const vec3& normal, Random& random) const {
-    detail::ShadowBatch batch(occluder, origin);
+    glm::dvec3 sum(0);
+    for_each_free(occluder, origin, normal, random,
+                  [&sum](std::size_t, const vec3& irradiance) { sum += glm::dvec3(irradiance); });
+    return vec3(sum);
+  }
+
+  /// Calls visit(light, irradiance) for the lights that reach the point, by index, in their order; where they
+  /// are drawn, those that were, each with the irradiance that it stands for. The sum is the point's
+  /// irradiance.
+  template <Occluder O, class Visit>
+  void for_each_free(const O& occluder, const vec3& origin, const vec3& normal, Random& random,
+                     Visit&& visit) const {
+    detail::ShadowBatch<O, Visit&> batch(occluder, origin, visit);
     const auto add = [&](std::size_t i, float weight) {
-      if (const auto path = path_to(lights_[i], origin, normal)) batch.add(*path, weight);
+      if (const auto path = path_to(lights_[i], origin, normal)) batch.add(i, *path, weight);
     };
     if (lights_.size() <= most_rays_)
       for (std::size_t i = 0; i < lights_.size(); ++i) add(i, 1);
     else
       detail::WeightedItems(arrays_.unshadowed(origin, normal)).draw(most_rays_, random, add);
-    return vec3(batch.irradiance());
+    batch.finish();
   }
 
   /// Whether any light reaches the point. Exact for up to 64 lights above its horizon. Otherwise no more than
@@ -205,18 +215,18 @@ class DirectIrradiance {
   /// no with a probability of at most (1 - p)^64.
   template <Occluder O>
   bool reaches(const O& occluder, const vec3& origin, const vec3& normal, Random& random) const {
-    detail::ShadowBatch batch(occluder, origin);
+    detail::ShadowBatch batch(occluder, origin, [](std::size_t, const vec3&) {});
     const auto add = [&](std::size_t i, float) {
-      if (const auto path = path_to(lights_[i], origin, normal)) batch.add(*path);
+      if (const auto path = path_to(lights_[i], origin, normal)) batch.add(i, *path);
     };
     by_power_.draw(16, random, add);  // finds most points that are lit
-    if (batch.any_free()) return true;
+    if (batch.finish()) return true;
     const detail::WeightedItems items(arrays_.unshadowed(origin, normal));
     if (items.positive_count() <= 64)
       for (std::size_t i = 0; i < lights_.size(); ++i) add(i, 1);
     else
-      for (int round = 0; round < 4 && !batch.any_free(); ++round) items.draw(16, random, add);
-    return batch.any_free();
+      for (int round = 0; round < 4 && !batch.finish(); ++round) items.draw(16, random, add);
+    return batch.finish();
   }
 
  private:

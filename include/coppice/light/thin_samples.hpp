@@ -3,6 +3,7 @@
 
 #include <array>
 #include <coppice/core/config.hpp>
+#include <coppice/core/parallel.hpp>
 #include <coppice/light/surface_samples.hpp>
 #include <nanoflann.hpp>
 #include <queue>
@@ -28,7 +29,32 @@ class SampleFinder {
     return found.first(tree_.knnSearch(&p.x, found.size(), found.data(), distance2.data()));
   }
 
+  /// The same of those points that are `wanted(index)`. Looks at 1,024 points at most: where wanted ones
+  /// are rare it may find fewer, or others than the nearest.
+  template <class Wanted>
+  std::span<const std::uint32_t> nearest(const vec3& p, std::span<std::uint32_t> found,
+                                         std::span<float> distance2, Wanted&& wanted) const {
+    Choosy<Wanted> results{nanoflann::KNNResultSet<float, std::uint32_t>(found.size()), wanted};
+    results.all.init(found.data(), distance2.data());
+    tree_.findNeighbors(results, &p.x, nanoflann::SearchParams());
+    return found.first(results.size());
+  }
+
  private:
+  /// What the tree's search asks of results, wanted ones only.
+  template <class Wanted>
+  struct Choosy {
+    nanoflann::KNNResultSet<float, std::uint32_t> all;
+    Wanted& wanted;
+    int left = 1024;
+    bool addPoint(float distance2, std::uint32_t i) {
+      if (wanted(i)) all.addPoint(distance2, i);
+      return --left > 0;
+    }
+    float worstDist() const { return all.worstDist(); }
+    bool full() const { return all.full(); }
+    std::size_t size() const { return all.size(); }
+  };
   struct Points {
     std::vector<vec3> values;
     std::size_t kdtree_get_point_count() const { return values.size(); }
@@ -51,18 +77,35 @@ inline std::vector<vec3> positions_of(std::span<const SurfaceSample> samples) {
   return positions;
 }
 
+/// Half the distance of `samples` that lie as evenly as can be on `area` (Yuksel 2015, section 3.1: r_max).
+inline double even_radius(double area, double samples) {
+  return std::sqrt(area / (2 * std::sqrt(3.0) * samples));
+}
+
 /// The crowding of candidates and its elimination (Yuksel, "Sample Elimination for Generating Poisson Disk
 /// Sample Sets", Eurographics 2015).
 class Elimination {
  public:
-  Elimination(std::span<const SurfaceSample> candidates, std::size_t count)
-      : candidates_(candidates), alive_(candidates.size(), true) {
+  /// Towards samples that lie alike everywhere. Candidates know the nearest forty of all.
+  Elimination(std::span<const SurfaceSample> candidates, std::size_t count) : Elimination(candidates) {
     double area = 0;
     for (const SurfaceSample& s : candidates) area += double(s.area);
-    const double ratio = double(count) / double(candidates.size());
-    farthest_ = float(2 * std::sqrt(area / (2 * std::sqrt(3.0) * double(count))));  // section 3.1: 2 r_max
-    nearest_ = farthest_ * float(0.65 * (1 - std::pow(ratio, 1.5)));                // Eq. 5: 2 r_min
-    find_neighbours();
+    reach_.assign(candidates.size(), float(2 * even_radius(area, double(count))));
+    find_neighbours(count, [](const SampleFinder& finder, const vec3& p, auto& found, auto& distance2,
+                              std::uint32_t) { return finder.nearest(p, found, distance2); });
+  }
+
+  /// Towards samples of which each has the room (m²) that is given at the candidates. They should lie so too.
+  /// Candidates know the nearest forty of those that face alike: sheets may be sparse on one side only.
+  Elimination(std::span<const SurfaceSample> candidates, std::span<const float> room, std::size_t count)
+      : Elimination(candidates) {
+    for (const float each : room) reach_.push_back(float(2 * even_radius(double(each), 1)));
+    find_neighbours(count, [this](const SampleFinder& finder, const vec3& p, auto& found, auto& distance2,
+                                  std::uint32_t i) {
+      return finder.nearest(p, found, distance2, [&](std::uint32_t other) {
+        return faces_alike(candidates_[i], candidates_[other]);
+      });
+    });
   }
 
   /// Takes out the most crowded candidate, again and again, until `count` are left.
@@ -88,23 +131,32 @@ class Elimination {
  private:
   static constexpr std::size_t most_neighbours = 40;  // 18 on a plane with five candidates a sample
 
-  void find_neighbours() {
+  explicit Elimination(std::span<const SurfaceSample> candidates)
+      : candidates_(candidates), alive_(candidates.size(), true) {}
+
+  template <class Search>
+  void find_neighbours(std::size_t count, Search&& search) {
     const SampleFinder finder(positions_of(candidates_));
+    const double ratio = double(count) / double(candidates_.size());
+    const auto nearest = float(0.65 * (1 - std::pow(ratio, 1.5)));  // Eq. 5: r_min / r_max
     std::array<std::uint32_t, most_neighbours> found;
     std::array<float, most_neighbours> distance2;
     first_.push_back(0);
     for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
-      const auto near = finder.nearest(candidates_[i].position, found, distance2);
-      for (std::size_t k = 0; k < near.size() && distance2[k] < farthest_ * farthest_; ++k)
-        if (near[k] != i && faces_alike(candidates_[i], candidates_[near[k]]))
-          neighbours_.push_back({near[k], weight(std::sqrt(distance2[k]))});
+      const auto near = search(finder, candidates_[i].position, found, distance2, i);
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        const float reach = 0.5f * (reach_[i] + reach_[near[k]]);
+        if (near[k] == i || !(distance2[k] < reach * reach)) continue;
+        if (faces_alike(candidates_[i], candidates_[near[k]]))
+          neighbours_.push_back({near[k], weight(std::sqrt(distance2[k]), reach * nearest, reach)});
+      }
       first_.push_back(std::uint32_t(neighbours_.size()));
     }
   }
 
   /// Eq. 2 with α = 8.
-  float weight(float distance) const {
-    const float w = 1 - std::max(distance, nearest_) / farthest_, w2 = w * w, w4 = w2 * w2;
+  static float weight(float distance, float nearest, float farthest) {
+    const float w = 1 - std::max(distance, nearest) / farthest, w2 = w * w, w4 = w2 * w2;
     return w4 * w4;
   }
 
@@ -121,7 +173,7 @@ class Elimination {
   };
   std::span<const SurfaceSample> candidates_;
   std::vector<bool> alive_;
-  float farthest_ = 0, nearest_ = 0;
+  std::vector<float> reach_;  ///< 2 r_max, by candidate
   std::vector<Neighbour> neighbours_;
   std::vector<std::uint32_t> first_;  ///< in neighbours_, a candidate and one more
 };
@@ -133,27 +185,40 @@ inline float misfit(const SurfaceSample& candidate, const SurfaceSample& kept, f
   return faces_alike(candidate, kept) ? distance2 * (1 + 16 * tilt) : 1e30f * tilt;
 }
 
-/// For each candidate the kept one that fits best of the 16 nearest.
-inline std::vector<std::uint32_t> find_owners(std::span<const SurfaceSample> candidates,
-                                              std::span<const std::uint32_t> kept) {
+/// For each candidate the kept one that fits best of those, 1 to 16, that search(finder, its index, found,
+/// distances²) finds.
+template <class Search, Executor E>
+std::vector<std::uint32_t> find_owners(std::span<const SurfaceSample> candidates,
+                                       std::span<const std::uint32_t> kept, const E& executor,
+                                       Search&& search) {
   std::vector<vec3> positions;
   for (const std::uint32_t k : kept) positions.push_back(candidates[k].position);
   const SampleFinder finder(std::move(positions));
-  std::array<std::uint32_t, 16> found;
-  std::array<float, 16> distance2;
-  std::vector<std::uint32_t> owners;
-  owners.reserve(candidates.size());
-  for (const SurfaceSample& candidate : candidates) {
-    const std::size_t near = finder.nearest(candidate.position, found, distance2).size();
-    std::size_t best = 0;
-    const auto cost = [&](std::size_t k) {
-      return misfit(candidate, candidates[kept[found[k]]], distance2[k]);
-    };
-    for (std::size_t k = 1; k < near; ++k)
-      if (cost(k) < cost(best)) best = k;
-    owners.push_back(found[best]);
-  }
+  std::vector<std::uint32_t> owners(candidates.size());
+  executor(candidates.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    std::array<std::uint32_t, 16> found;
+    std::array<float, 16> distance2;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t near = search(finder, i, found, distance2).size();
+      std::size_t best = 0;
+      const auto cost = [&](std::size_t k) {
+        return misfit(candidates[i], candidates[kept[found[k]]], distance2[k]);
+      };
+      for (std::size_t k = 1; k < near; ++k)
+        if (cost(k) < cost(best)) best = k;
+      owners[i] = found[best];
+    }
+  });
   return owners;
+}
+
+/// Of the 16 nearest, whatever they face.
+inline std::vector<std::uint32_t> find_owners(std::span<const SurfaceSample> candidates,
+                                              std::span<const std::uint32_t> kept) {
+  return find_owners(candidates, kept, Serial(),
+                     [&](const SampleFinder& finder, std::size_t i, auto& found, auto& distance2) {
+                       return finder.nearest(candidates[i].position, found, distance2);
+                     });
 }
 
 /// For each cell the candidate nearest to the centroid of those that belong to it, with the area of all and
