@@ -71,7 +71,7 @@ build() {
 }
 
 demo() {
-  build release cut_relighting trade first_light
+  build release cut_relighting glossy_vpls trade first_light
   scripts/demo.sh "$@"
 }
 
@@ -83,7 +83,7 @@ run_tests() {
 }
 
 bench() {
-  build release bench_coppice frames highlights knobs trade
+  build release bench_coppice frames highlights knobs many_lights trade
   scripts/bench.sh "$@"
 }
 

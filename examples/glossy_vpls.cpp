@@ -111,7 +111,10 @@ void render(const VplSystemOptions& o) {
   require_backend(o.common.backend);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common, {.separate_moving = o.animate});
+  const std::size_t told = in.scene.warnings.size();
   const auto system = make_vpl_system(o, in, threads);
+  for (std::size_t i = told; i < in.scene.warnings.size(); ++i)
+    std::fprintf(stderr, "warning: %s\n", in.scene.warnings[i].c_str());
   FrameWriter writer(o, *system);
   nlohmann::json report = {{"program", "glossy_vpls"},
                            {"settings", settings_json(o)},

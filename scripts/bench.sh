@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Measures the release build and writes one report, build/release/bench.md: frames from the paper's way to the
 # library's against brute force, glossy materials, single choices, many lights by shadow rays, visibility cuts at equal
-# error, and every kernel beside its slow twin (also in build/release/bench.json). Arguments go to the benchmarks of
-# kernels, for instance --benchmark_filter=merge.
+# error, the light of VPLs, and every kernel beside its slow twin (also in build/release/bench.json). Arguments go to
+# the benchmarks of kernels, for instance --benchmark_filter=merge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=build/release
@@ -21,6 +21,8 @@ done
 "$build/bin/many_lights" | tee -a "$report"
 printf '\n## Pieces of a visibility cut at equal error\n\n' | tee -a "$report"
 SWEEP_SIZE="${SWEEP_SIZE:-192x108}" scripts/sweep.sh | tee -a "$report"
+printf '\n## Gathering the light of VPLs\n' | tee -a "$report"
+VPLS_SIZE="${VPLS_SIZE:-320x180}" scripts/vpls.sh | tee -a "$report"
 printf '\n## Kernels\n\n```\n' | tee -a "$report"
 # Medians of interleaved repetitions: what else the machine does falls on all alike.
 "$build/bin/bench_coppice" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \

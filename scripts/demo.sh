@@ -11,6 +11,10 @@ scene=(--scene assets/flight_helmet/flight_helmet.gltf --env assets/hdri/worksho
 build/release/bin/trade "${scene[@]}" --points 3:32,2:64,1:128,2:256:uniform-threshold:sampled \
   --images "$out/helmet" --out "$out/trade.csv" --report "$out/trade.json" | tee "$out/table.md"
 
+# The same helmet on its stand in glossy paint: what its parts send each other, twice, with shadows.
+build/release/bin/glossy_vpls "${scene[@]:0:4}" --size 640x360 --exponents 5:60 --bounces 2 --visibility traced \
+  --out "$out/glossy.exr" --report "$out/glossy.json"
+
 cat <<END
 
 Images and measurements are in $out:
@@ -18,5 +22,6 @@ Images and measurements are in $out:
                           the default operating point, tone-mapped; the .exr beside it holds radiance and the reference
   helmet_reference.png    all lights
   trade.svg, trade.csv    time against error
+  glossy.png              two glossy bounces with shadows; the .exr beside it holds direct and indirect light apart
   trade.json              settings, counts, times and errors
 END

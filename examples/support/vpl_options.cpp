@@ -65,7 +65,7 @@ void add_gather_options(CLI::App& app, VplSystemOptions& o) {
              "when a cluster is taken whole: by an upper bound of what it brings, or by its solid angle");
   app.add_option(
          "--threshold", o.threshold,
-         "of the criterion: share of a point's light (0.01; 0.002 with shadows), or steradians (0.02)")
+         "of the criterion: share of a point's light (0.01; 0.02 with shadows), or steradians (0.02)")
       ->check(finite_number)
       ->check(CLI::Range(0.0, 6.0));
   add_choice(app, "--clustering", o.tree.clustering, clustering_words, "how VPLs are put into clusters");
@@ -93,7 +93,7 @@ void add_gather_options(CLI::App& app, VplSystemOptions& o) {
 float threshold_of(const VplSystemOptions& o) {
   if (o.threshold) return *o.threshold;
   if (o.criterion == Criterion::angle) return 0.02f;
-  return o.is_traced ? 0.002f : 0.01f;
+  return o.is_traced ? 0.02f : 0.01f;
 }
 
 void add_vpl_options(CLI::App& app, VplSystemOptions& o) {

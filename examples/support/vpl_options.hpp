@@ -46,7 +46,7 @@ struct VplSystemOptions {
   std::filesystem::path compare_minus;
 };
 
-/// The threshold in force: DESIGN's τ. Smaller where rays carry the light, whose choice adds noise.
+/// The threshold in force.
 float threshold_of(const VplSystemOptions& options);
 
 void add_vpl_options(CLI::App& app, VplSystemOptions& options);

@@ -36,11 +36,17 @@ double brute_microseconds(const VplArrays& all, std::span<const GlossyPoint> poi
 std::vector<GlossyPoint> spread_points(const VplSubject& s, std::size_t count) {
   constexpr std::uint32_t side = 16;
   const auto width = std::uint32_t(s.raster.width), columns = (width + side - 1) / side;
+  const auto tile_of = [&](const GlossyPoint& p) {
+    return p.pixel / width / side * columns + p.pixel % width / side;
+  };
   const std::size_t stride = std::max<std::size_t>(1, s.points.size() / std::max<std::size_t>(count, 1));
   std::vector<GlossyPoint> chosen;
   for (const GlossyPoint& p : s.points)
-    if ((p.pixel / width / side * columns + p.pixel % width / side) % stride == stride / 2)
-      chosen.push_back(p);
+    if (tile_of(p) % stride == stride / 2) chosen.push_back(p);
+  if (!chosen.empty() || s.points.empty()) return chosen;
+  const std::uint32_t middle = tile_of(s.points[s.points.size() / 2]);  // where a stride is the whole image
+  std::ranges::copy_if(s.points, std::back_inserter(chosen),
+                       [&](const auto& p) { return tile_of(p) == middle; });
   return chosen;
 }
 
@@ -48,7 +54,8 @@ BruteForce sum_all(const VplSubject& s, std::span<const GlossyPoint> points, int
   std::vector<VplNode> leaves = ordered(s.leaves);
   const VplArrays shining = arrays_of(leaves);
   // What is dark costs what any other VPL costs: it is found out by evaluating it.
-  for (std::size_t i = 0; leaves.size() < s.placed; ++i) leaves.push_back(leaves[i]);
+  for (std::size_t i = 0; !leaves.empty() && leaves.size() < s.placed; ++i)
+    leaves.push_back(VplNode(leaves[i]));
   const VplArrays all = arrays_of(leaves);
   BruteForce brute{std::vector<vec3>(points.size())};
   std::vector<double> times, times_all;
@@ -78,9 +85,10 @@ std::vector<vec3> sum_all_traced(const VplSubject& s, std::span<const GlossyPoin
 
 std::vector<vec3> gather_at(const VplSubject& s, const VplTree& tree, std::span<const GlossyPoint> points,
                             const GatherSetting& setting, const EmbreeTracer& tracer,
-                            std::vector<std::uint32_t>& nodes, std::size_t& tests) {
+                            std::vector<std::uint32_t>& nodes, std::size_t& tests,
+                            const GroupOptions& options) {
   std::vector<GlossyPoint> numbered(points.begin(), points.end());
-  const PointGroups groups = group_points(numbered, s.raster.width, s.camera.position);
+  const PointGroups groups = group_points(numbered, s.raster.width, s.camera.position, options);
   std::vector<WalkMark> marks;
   if (setting.min_max) marks = min_max_marks(tree, *setting.min_max);
   const Serial one;
@@ -108,6 +116,13 @@ ImageErrors point_errors(std::span<const vec3> values, std::span<const vec3> ref
   return image_errors(x, r, std::vector<bool>(values.size(), true));
 }
 
+double relative_bias(std::span<const vec3> values, std::span<const vec3> reference) {
+  double sum = 0, reference_sum = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    sum += double(luminance(values[i])), reference_sum += double(luminance(reference[i]));
+  return reference_sum > 0 ? sum / reference_sum - 1 : 0;
+}
+
 GatherMeasurement measure_gather(const VplSubject& s, const VplTree& tree,
                                  std::span<const GlossyPoint> points, std::span<const vec3> reference,
                                  const GatherSetting& setting, const EmbreeTracer& tracer, int repeat) {
@@ -126,10 +141,7 @@ GatherMeasurement measure_gather(const VplSubject& s, const VplTree& tree,
   m.tests = double(tests) / double(points.size());
   m.microseconds = median(times);
   m.errors = point_errors(radiance, reference);
-  double sum = 0, reference_sum = 0;
-  for (std::size_t i = 0; i < radiance.size(); ++i)
-    sum += double(luminance(radiance[i])), reference_sum += double(luminance(reference[i]));
-  m.bias = reference_sum > 0 ? sum / reference_sum - 1 : 0;
+  m.bias = relative_bias(radiance, reference);
   return m;
 }
 

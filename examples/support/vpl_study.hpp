@@ -66,10 +66,13 @@ GatherMeasurement measure_gather(const VplSubject& subject, const VplTree& tree,
 /// Radiance by point, in the points' order.
 std::vector<vec3> gather_at(const VplSubject& subject, const VplTree& tree,
                             std::span<const GlossyPoint> points, const GatherSetting& setting,
-                            const EmbreeTracer& tracer, std::vector<std::uint32_t>& nodes,
-                            std::size_t& tests);
+                            const EmbreeTracer& tracer, std::vector<std::uint32_t>& nodes, std::size_t& tests,
+                            const GroupOptions& options = {});
 
 /// Errors of values by point.
 ImageErrors point_errors(std::span<const vec3> values, std::span<const vec3> reference);
+
+/// Σ luminance of values by point over that of the reference, less 1; 0 where the reference is black.
+double relative_bias(std::span<const vec3> values, std::span<const vec3> reference);
 
 }  // namespace coppice::program

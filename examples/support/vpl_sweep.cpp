@@ -28,9 +28,9 @@ struct SweepOptions {
 struct Row {
   std::size_t vpls = 0, shining = 0;
   int bounces = 1;
-  GatherMeasurement gather;
-  BruteForce brute;            // its radiance left empty
-  std::string pixels;          // of a whole image: which were gathered
+  GatherMeasurement gather{};
+  BruteForce brute{};          // its radiance left empty
+  std::string pixels{};        // of a whole image: which were gathered
   double share = 0, psnr = 0;  // of the covered pixels; against all of them gathered
 };
 
@@ -115,7 +115,7 @@ VplSubject seen_scene(Inputs& in, const VplSystemOptions& o, const EmbreeTracer&
 void place_and_light(VplSubject& s, const VplSystemOptions& o, std::span<const LocalLight> lights,
                      std::size_t count, int bounces, const EmbreeTracer& tracer, const Threads& threads) {
   VplOptions placement = o.placement;
-  placement.count = count;
+  placement.count = count, placement.seed = o.common.seed;
   const auto vpls = place_vpls(s.scene, lights, tracer, threads, placement);
   std::vector<VplLight> light(vpls.size());
   light_vpls(vpls, lights, tracer, threads, light);
@@ -170,6 +170,7 @@ class PixelStudy {
     std::vector<vec3> values;
     for (const GlossyPoint& p : s_.points) values.push_back(image.radiance.pixels[p.pixel]);
     row.gather.errors = point_errors(values, reference);
+    row.gather.bias = relative_bias(values, reference);
     return row;
   }
 
@@ -177,7 +178,8 @@ class PixelStudy {
   std::vector<vec3> gather(std::span<const GlossyPoint> points) {
     std::vector<std::uint32_t> nodes;
     std::size_t tests = 0;
-    auto radiance = gather_at(s_, tree_, points, setting_, tracer_, nodes, tests);
+    auto radiance = gather_at(s_, tree_, points, setting_, tracer_, nodes, tests,
+                              scattered_groups(points.size(), s_.points.size()));
     nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
     tests_ += tests;
     return radiance;
@@ -224,12 +226,18 @@ class Sweep {
         threads_(threads),
         tracer_(in.scene),
         subject_(seen_scene(in, o.base, tracer_, threads)),
-        lights_(primary_lights(o.base, in.scene, in.environment)) {}
+        lights_(primary_lights(o.base, in.scene, in.environment)) {
+    const std::string file = o.base.common.scene.string();
+    if (subject_.points.empty())
+      throw InputError(file, "shows its camera no surface", "name a scene that is in view");
+    if (lights_.empty()) throw InputError(file, "has no lights and no shining surfaces", "name an --env");
+  }
 
   std::vector<Row> run() {
     for (const std::size_t count : o_.counts)
       for (const int bounces : o_.bounces) {
         place_and_light(subject_, o_.base, lights_, count, bounces, tracer_, threads_);
+        all_.clear();
         std::fprintf(stderr, "%zu VPLs, %zu shine, %d bounce(s)\n", subject_.placed, subject_.leaves.size(),
                      bounces);
         measure_settings(bounces);
@@ -257,7 +265,7 @@ class Sweep {
   void measure_pixels(const VplTree& tree, const GatherSetting& setting, const BruteForce& brute,
                       int bounces) {
     if (o_.pixel_texts.empty()) return;
-    if (all_.empty() || all_of_ != subject_.leaves.size()) sum_everywhere();
+    if (all_.empty()) sum_everywhere();
     PixelStudy study(subject_, tree, setting, tracer_);
     for (const std::string& text : o_.pixel_texts)
       add(study.measure(parse_pixels(text, scene_size(subject_.scene.mesh)), text, all_, o_.repeat), brute,
@@ -270,7 +278,6 @@ class Sweep {
     VplArrays arrays;
     arrays.assign(subject_.leaves, ids);
     all_.assign(subject_.points.size(), vec3(0));
-    all_of_ = subject_.leaves.size();
     threads_(all_.size(), 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         all_[i] = reflect_nodes<VplKind::single>(arrays, subject_.points[i]);
@@ -289,8 +296,7 @@ class Sweep {
   VplSubject subject_;
   std::vector<LocalLight> lights_;
   std::vector<Row> rows_;
-  std::vector<vec3> all_;
-  std::size_t all_of_ = 0;
+  std::vector<vec3> all_;  ///< at every point, of all VPLs; empty until it is asked for
 };
 
 std::string csv(std::span<const Row> rows, const SweepOptions& o) {
@@ -325,6 +331,35 @@ std::string table(std::span<const Row> rows) {
                              : formatted("%s: %.1f%% | %.1f dB |\n", r.pixels.c_str(), 100 * r.share, r.psnr);
   }
   return text;
+}
+
+nlohmann::json row_json(const Row& r) {
+  const GatherMeasurement& g = r.gather;
+  nlohmann::json j = {{"vpls", r.vpls},
+                      {"shining", r.shining},
+                      {"bounces", r.bounces},
+                      {"gather", g.setting.name},
+                      {"nodes", summary_json({g.least, g.most, g.mean})},
+                      {"tests", g.tests},
+                      {"errors", errors_json(g.errors)},
+                      {"bias", g.bias},
+                      {"microseconds", g.microseconds},
+                      {"microseconds_brute_shining", r.brute.microseconds},
+                      {"microseconds_brute_all", r.brute.microseconds_all}};
+  if (!r.pixels.empty()) j["pixels"] = {{"chosen", r.pixels}, {"share", r.share}, {"psnr_db", r.psnr}};
+  return j;
+}
+
+nlohmann::json sweep_json(std::span<const Row> rows, const SweepOptions& o, const Scene& scene) {
+  nlohmann::json settings = settings_json(o.base);
+  for (const char* single : {"criterion", "threshold", "clustering", "filter", "ray_choice", "adaptive",
+                             "backend", "frames", "animate"})
+    settings.erase(single);
+  settings["vpls"] = o.counts, settings["bounces"] = o.bounces, settings["gather"] = o.gather_texts;
+  settings["pixels"] = o.pixel_texts, settings["points"] = o.points, settings["repeat"] = o.repeat;
+  nlohmann::json j = {{"program", "trade glossy_vpls"}, {"settings", settings}, {"warnings", scene.warnings}};
+  for (const Row& r : rows) j["rows"].push_back(row_json(r));
+  return j;
 }
 
 void add_options(CLI::App& app, SweepOptions& o) {
@@ -373,6 +408,7 @@ void run_sweep(const SweepOptions& o) {
   write_file(o.base.common.out, csv(rows, o));
   std::printf("%zu pixels covered; times of one thread, over %zu points\n\n%s", sweep.subject().points.size(),
               spread_points(sweep.subject(), o.points).size(), table(rows).c_str());
+  if (!o.base.common.report.empty()) write_report(o.base.common.report, sweep_json(rows, o, in.scene));
 }
 
 }  // namespace

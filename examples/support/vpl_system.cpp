@@ -28,7 +28,9 @@ class VplSystem : public System {
     pose(0);
     gather_lights(0);
     rest_ = scene_.mesh;
-    placed_ = place_vpls(scene_, lights_, *tracer_, threads_, options_.placement);
+    VplOptions placement = options_.placement;
+    placement.seed = options_.common.seed;
+    placed_ = place_vpls(scene_, lights_, *tracer_, threads_, placement);
     placement_seconds_ = watch.lap();
     if (lights_.empty()) in_.scene.warnings.push_back("nothing shines in the scene: the image is black");
   }
@@ -174,7 +176,8 @@ class VplSystem : public System {
   }
 
   Gathered gather_points(std::span<const GlossyPoint> points, PointGroups& groups) {
-    groups = group_points(points, options_.common.raster.width, in_.camera.position);
+    groups = group_points(points, options_.common.raster.width, in_.camera.position,
+                          scattered_groups(points.size(), points_.size()));
     return gatherer_->gather(groups, *tracer_);
   }
 

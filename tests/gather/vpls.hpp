@@ -117,7 +117,7 @@ inline GlossyPoint any_point(Random& random, const vec3& position, const vec3& n
   return p;
 }
 
-/// Points in the room, some of them on its walls, each in a group of its own.
+/// Points in the room, about half of them on its walls; pixels count them.
 inline std::vector<GlossyPoint> room_points(Random& random, std::size_t count, float most_exponent = 1e5f) {
   std::vector<GlossyPoint> points;
   while (points.size() < count) {

@@ -10,6 +10,12 @@
 
 namespace coppice {
 
+/// What decides whether a node is split, beside the bound of what it brings.
+enum class SplitBy {
+  bound_and_angle,  ///< times the root of the solid angle that it may cover: what taking it whole may err by
+  bound             ///< alone: what a single ray decides upon, however small the node is
+};
+
 namespace detail {
 
 /// Each of eight bits twice, side by side.
@@ -38,11 +44,12 @@ class GroupCutter {
  public:
   explicit GroupCutter(const BoundBlocks& blocks) : blocks_(blocks) {}
 
-  /// Nodes of the cut by heap id, those left out that cannot bring anything. A node is split where the bound
-  /// of what it brings, times the root of the solid angle that it may cover, is above `limit`; the root
-  /// always.
-  std::span<const std::uint32_t> cut(const PointBound& points, float limit) {
+  /// Nodes of the cut by heap id, those left out that cannot bring anything. A node is split where its bound,
+  /// times the root of the solid angle that it may cover, is above `limit`; the root always.
+  std::span<const std::uint32_t> cut(const PointBound& points, float limit,
+                                     SplitBy split = SplitBy::bound_and_angle) {
     const GroupBound bound(points);
+    split_ = split;
     nodes_.clear();
     tests_ = 0;
     open_.assign(1, 1u);
@@ -64,7 +71,9 @@ class GroupCutter {
     std::uint32_t split = 0, bright = 0;
     for (std::uint32_t i = 0; i < BlockLayout::places; i += Lanes::width) {
       const auto b = bound(blocks_.load(block, i));
-      split |= std::uint32_t(bits_of(b.radiance * b.angle > limit)) << i;
+      const Lanes factor =
+          split_ == SplitBy::bound ? select(b.angle > 0.0f, Lanes(1.0f), Lanes(0.0f)) : b.angle;
+      split |= std::uint32_t(bits_of(b.radiance * factor > limit)) << i;
       bright |= std::uint32_t(bits_of(b.radiance > 0.0f)) << i;
     }
     tests_ += BlockLayout::places - 2;
@@ -82,6 +91,7 @@ class GroupCutter {
   const BoundBlocks& blocks_;
   std::vector<std::uint32_t> nodes_, open_;
   std::size_t tests_ = 0;
+  SplitBy split_ = SplitBy::bound_and_angle;
 };
 
 }  // namespace coppice::inline HWY_NAMESPACE

@@ -22,14 +22,16 @@ struct Gathered {
 
 namespace coppice::inline HWY_NAMESPACE {
 
-/// Cuts for groups of points: a node is split where an upper bound of what it brings to any of them, times
-/// the root of the solid angle that it may cover, is above threshold · B. B is the luminance of the group's
-/// light, estimated by 64 nodes at up to four of its points, but at least a hundredth of the mean over all.
+/// Cuts for groups of points: a node is split where an upper bound of what it brings to any of them, by
+/// default times the root of the solid angle that it may cover, is above threshold · B. B is the luminance of
+/// the group's light, estimated by 64 nodes at up to four of its points, but at least a hundredth of the mean
+/// over all.
 class GroupLists {
  public:
   template <Executor E>
-  GroupLists(const VplTree& tree, const PointGroups& groups, float threshold, const E& executor)
-      : tree_(tree), groups_(groups), limits_(groups.size()) {
+  GroupLists(const VplTree& tree, const PointGroups& groups, float threshold, const E& executor,
+             SplitBy split = SplitBy::bound_and_angle)
+      : tree_(tree), groups_(groups), split_(split), limits_(groups.size()) {
     const std::uint32_t first = std::min(tree.leaf_count(), 64u);
     coarse_.reset(first);
     for (std::uint32_t h = first; h < 2 * first; ++h) coarse_.push(tree.nodes()[h]);
@@ -48,7 +50,7 @@ class GroupLists {
     std::size_t tests = 0;
     for (std::size_t g = begin; g < end && tree_.leaf_count() > 0; ++g) {
       const auto points = groups_.group(g);
-      visit(groups_.first(g), points, cutter.cut(bound_of_points(points), limits_[g]));
+      visit(groups_.first(g), points, cutter.cut(bound_of_points(points), limits_[g], split_));
       tests += cutter.tests();
     }
     return tests;
@@ -75,6 +77,7 @@ class GroupLists {
 
   const VplTree& tree_;
   const PointGroups& groups_;
+  SplitBy split_;
   std::vector<float> limits_;
   VplArrays coarse_;
 };

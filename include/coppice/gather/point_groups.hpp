@@ -31,6 +31,15 @@ struct GroupOptions {
   float reach = 0.1f;   ///< distance from the first point, likewise
 };
 
+/// For points that are scattered over an image of so many pixels: tiles so large that they hold about as many
+/// points as one of 8 × 8 pixels would if all were points, and at most 64 wide.
+inline GroupOptions scattered_groups(std::size_t points, std::size_t pixels) {
+  GroupOptions o;
+  const double each = double(pixels) / double(std::max<std::size_t>(points, 1));
+  o.tile = std::min(64, int(o.tile * std::sqrt(each) + 0.5));
+  return o;
+}
+
 namespace detail {
 
 inline bool alike(const GlossyPoint& a, const GlossyPoint& b, float depth, const GroupOptions& o) {

@@ -163,8 +163,9 @@ class TracedNodes {
     if (!(total > 0)) return;
     const std::size_t i = pick(weight, drawn.u * total, from, from + range.size());
     const std::uint32_t leaf = tree_.leaf_count() + std::uint32_t(begin + i);
-    carried.add(tree_.nodes()[leaf].position,
-                drawn.times * total / weight[i] * vec3(brought[0][i], brought[1][i], brought[2][i]));
+    // The division first: total / weight may overflow.
+    const vec3 colour = vec3(brought[0][i], brought[1][i], brought[2][i]) / weight[i];
+    carried.add(tree_.nodes()[leaf].position, drawn.times * total * colour);
   }
 
   /// The item at which the sum of weights reaches `at`; one with a weight above 0.
@@ -189,15 +190,17 @@ template <Occluder O, Executor E>
 Gathered gather_traced(const VplTree& tree, const PointGroups& groups, float threshold, VplChoice choice,
                        const O& occluder, std::uint64_t seed, const E& executor) {
   Gathered result{std::vector<vec3>(groups.points.size()), std::vector<std::uint32_t>(groups.points.size())};
-  const GroupLists lists(tree, groups, threshold, executor);
+  const GroupLists lists(tree, groups, threshold, executor, SplitBy::bound);
   const TracedNodes traced(tree, choice);
+  std::vector<std::size_t> tests(groups.size());
   executor(groups.size(), 4, [&](std::size_t begin, std::size_t end) {
-    lists.for_each(begin, end, [&](std::size_t first, auto points, auto ids) {
+    tests[begin] = lists.for_each(begin, end, [&](std::size_t first, auto points, auto ids) {
       for (std::size_t i = 0; i < points.size(); ++i)
         result.radiance[first + i] = traced.reflect(
             points[i], ids, Random(Random(seed + points[i].pixel).bits()), occluder, result.nodes[first + i]);
     });
   });
+  result.tests = std::accumulate(tests.begin(), tests.end(), std::size_t{0});
   return result;
 }
 

@@ -100,7 +100,8 @@ template <Occluder O, Executor E>
 std::vector<VplLight> receive_at_vpls(const VplTree& tree, const PointGroups& vpls,
                                       const BounceGather& options, const O& occluder, const E& executor) {
   std::vector<VplLight> light(vpls.points.size());
-  const GroupLists lists(tree, vpls, options.threshold, executor);
+  const GroupLists lists(tree, vpls, options.threshold, executor,
+                         options.is_traced ? SplitBy::bound : SplitBy::bound_and_angle);
   const TracedNodes traced(tree, VplChoice::contribution);
   executor(vpls.size(), 4, [&](std::size_t begin, std::size_t end) {
     VplArrays nodes;

@@ -95,8 +95,10 @@ class VplTree {
   const BoundBlocks& blocks() const { return blocks_; }
 
   /// How little the splits of the tree tell VPLs apart: by how much a node's variance of position is that of
-  /// its children, the mean over the inner nodes by their energy. About 0.5 after building, 1 where splits
-  /// are arbitrary; 0 without light. When VPLs have moved so far that it has grown, it is time to build anew.
+  /// its children, the mean over the inner nodes by their energy. In [0, 1]; about 0.5 after building, 0.73
+  /// (512 VPLs) to 0.84 (32,768) where splits are arbitrary, as leaves spread nowhere; 0 without light, and
+  /// under VplFilter::uniform, which keeps no variances. When VPLs have moved so far that it has grown, it is
+  /// time to build anew.
   double looseness() const {
     double kept = 0, energy = 0;
     for (std::uint32_t h = 1; h < leaf_count(); ++h) {
