@@ -63,9 +63,8 @@ void add_placement_options(CLI::App& app, VplSystemOptions& o) {
 void add_gather_options(CLI::App& app, VplSystemOptions& o) {
   add_choice(app, "--criterion", o.criterion, criterion_words,
              "when a cluster is taken whole: by an upper bound of what it brings, or by its solid angle");
-  app.add_option(
-         "--threshold", o.threshold,
-         "of the criterion: share of a point's light (0.01; 0.02 with shadows), or steradians (0.02)")
+  app.add_option("--threshold", o.threshold,
+                 "of the criterion: share of a point's light (0.01; 0.02 with shadows), or steradians (0.02)")
       ->check(finite_number)
       ->check(CLI::Range(0.0, 6.0));
   add_choice(app, "--clustering", o.tree.clustering, clustering_words, "how VPLs are put into clusters");

@@ -1,12 +1,10 @@
 #include <coppice/core/error.hpp>
-#include <coppice/exr/exposure.hpp>
-#include <coppice/exr/tone_map.hpp>
 #include <coppice/exr/write_file.hpp>
-#include <coppice/trade/psnr.hpp>
 #include <cstdio>
 #include <support/report.hpp>
 #include <support/text.hpp>
-#include <support/vpl_study.hpp>
+#include <support/vpl_pixel_study.hpp>
+#include <support/vpl_settings.hpp>
 #include <support/vpl_surfaces.hpp>
 #include <support/vpl_sweep.hpp>
 
@@ -34,73 +32,6 @@ struct Row {
   double share = 0, psnr = 0;  // of the covered pixels; against all of them gathered
 };
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text)
-    if (c == ':')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  return parts;
-}
-
-float number(const std::string& option, const std::string& text) {
-  try {
-    std::size_t end = 0;
-    const float value = std::stof(text, &end);
-    if (end == text.size() && std::isfinite(value) && value >= 0) return value;
-  } catch (const std::logic_error&) {
-  }
-  throw InputError(option, "'" + text + "' is not a number of at least 0", "write bound:0.01 or the like");
-}
-
-/// "bound:0.01", "angle:0.02", "min-max:40:9:0.02", "traced:0.002", "energy:0.002" (traced, drawn by energy),
-/// with
-/// ":kd", ":lengths" or ":uniform" behind them for another tree.
-GatherSetting parse_gather(const std::string& text) {
-  std::vector<std::string> parts = split(text);
-  GatherSetting s{.name = text};
-  const auto take = [&](const std::string& word) { return std::erase(parts, word) > 0; };
-  if (take("kd")) s.tree.clustering = VplClustering::kd;
-  if (take("lengths")) s.tree.clustering = VplClustering::lengths;
-  if (take("uniform")) s.tree.filter = VplFilter::uniform;
-  const bool is_min_max = parts[0] == "min-max";
-  if (parts.size() != (is_min_max ? 4 : 2))
-    throw InputError("--gather", "'" + text + "' is not KIND:THRESHOLD", "write bound:0.01 or the like");
-  s.threshold = number("--gather", parts.back());
-  if (is_min_max) s.min_max = {number("--gather", parts[1]), number("--gather", parts[2])};
-  if (is_min_max || parts[0] == "angle")
-    s.criterion = Criterion::angle;
-  else if (parts[0] == "traced")
-    s.traced = VplChoice::contribution;
-  else if (parts[0] == "energy")
-    s.traced = VplChoice::energy;
-  else if (parts[0] != "bound")
-    throw InputError("--gather", "'" + parts[0] + "' is no kind",
-                     "use bound, angle, min-max, traced or energy");
-  if (s.criterion == Criterion::angle && !(s.threshold > 0 && s.threshold < 6))
-    throw InputError("--gather", "'" + text + "' has no solid angle between 0 and 6", "write angle:0.02");
-  return s;
-}
-
-/// "relative:0.07", "paper:0.3", "uniform:4".
-AdaptiveOptions parse_pixels(const std::string& text, float diagonal) {
-  const std::vector<std::string> parts = split(text);
-  if (parts.size() != 2)
-    throw InputError("--pixels", "'" + text + "' is not KIND:VALUE", "write relative:0.07");
-  const float value = number("--pixels", parts[1]);
-  AdaptiveOptions o;
-  if (parts[0] == "paper")
-    o = paper_sampling(diagonal);
-  else if (parts[0] == "uniform" && (value == 2 || value == 4 || value == 8))
-    return uniform_sampling(int(value));
-  else if (parts[0] != "relative")
-    throw InputError("--pixels", "'" + text + "' is no kind",
-                     "use relative:EPSILON, paper:EPSILON or uniform:2, 4, 8");
-  o.epsilon = value;
-  return o;
-}
-
 /// The scene as its camera sees it; VPLs come later.
 VplSubject seen_scene(Inputs& in, const VplSystemOptions& o, const EmbreeTracer& tracer,
                       const Threads& threads) {
@@ -126,98 +57,6 @@ void place_and_light(VplSubject& s, const VplSystemOptions& o, std::span<const L
   s.leaves = shining(leaves_of(light));
   s.placed = vpls.size();
 }
-
-/// Whole images, some pixels gathered and the others interpolated.
-class PixelStudy {
- public:
-  PixelStudy(const VplSubject& s, const VplTree& tree, const GatherSetting& setting,
-             const EmbreeTracer& tracer)
-      : s_(s),
-        tree_(tree),
-        setting_(setting),
-        tracer_(tracer),
-        point_of_(s.raster.pixel_count()),
-        buffer_(g_buffer_of(s.scene, s.camera, s.raster, s.hits, s.points)) {
-    for (std::uint32_t i = 0; i < s.points.size(); ++i) point_of_[s.points[i].pixel] = i;
-    full_ = image_of(gather(s.points));
-    exposure_ = automatic_exposure(full_, coverage());
-  }
-
-  Row measure(const AdaptiveOptions& options, const std::string& name, std::span<const vec3> reference,
-              int repeat) {
-    Row row{.gather = {.setting = setting_}, .pixels = name};
-    std::vector<double> times;
-    AdaptiveImage image;
-    for (int i = 0; i < repeat; ++i) {
-      nodes_.clear(), tests_ = 0;
-      Stopwatch watch;
-      image = sample_adaptively(
-          buffer_, options,
-          [&](std::span<const std::uint32_t> pixels, std::span<vec3> radiance) {
-            std::vector<GlossyPoint> points;
-            for (const std::uint32_t p : pixels) points.push_back(s_.points[point_of_[p]]);
-            std::ranges::copy(gather(points), radiance.begin());
-          },
-          Serial{});
-      times.push_back(1e6 * watch.lap() / double(s_.points.size()));
-    }
-    const CountSummary summary = summary_of(nodes_);
-    row.gather.least = summary.min, row.gather.most = summary.max, row.gather.mean = summary.mean;
-    row.gather.tests = double(tests_) / double(std::max<std::size_t>(1, nodes_.size()));
-    row.gather.microseconds = median(times);
-    row.share = double(image.samples) / double(s_.points.size());
-    row.psnr = psnr(displayed(image.radiance), displayed(full_), counted());
-    std::vector<vec3> values;
-    for (const GlossyPoint& p : s_.points) values.push_back(image.radiance.pixels[p.pixel]);
-    row.gather.errors = point_errors(values, reference);
-    row.gather.bias = relative_bias(values, reference);
-    return row;
-  }
-
- private:
-  std::vector<vec3> gather(std::span<const GlossyPoint> points) {
-    std::vector<std::uint32_t> nodes;
-    std::size_t tests = 0;
-    auto radiance = gather_at(s_, tree_, points, setting_, tracer_, nodes, tests,
-                              scattered_groups(points.size(), s_.points.size()));
-    nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
-    tests_ += tests;
-    return radiance;
-  }
-  Image image_of(std::span<const vec3> values) const {
-    Image image(s_.raster.width, s_.raster.height);
-    for (std::size_t i = 0; i < values.size(); ++i) image.pixels[s_.points[i].pixel] = values[i];
-    return image;
-  }
-  std::vector<bool> counted() const {
-    std::vector<bool> counts(s_.raster.pixel_count(), false);
-    for (const GlossyPoint& p : s_.points) counts[p.pixel] = true;
-    return counts;
-  }
-  std::vector<float> coverage() const {
-    std::vector<float> covered(s_.raster.pixel_count(), 0);
-    for (const GlossyPoint& p : s_.points) covered[p.pixel] = 1;
-    return covered;
-  }
-  /// As the preview shows it, in [0, 1].
-  Image displayed(Image image) const {
-    for (vec3& p : image.pixels) {
-      const vec3 shown = tone_map(p, exposure_);
-      p = {srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z)};
-    }
-    return image;
-  }
-
-  const VplSubject& s_;
-  const VplTree& tree_;
-  GatherSetting setting_;
-  const EmbreeTracer& tracer_;
-  std::vector<std::uint32_t> point_of_, nodes_;
-  GBuffer buffer_;
-  Image full_;
-  float exposure_ = 1;
-  std::size_t tests_ = 0;
-};
 
 class Sweep {
  public:
@@ -258,18 +97,24 @@ class Sweep {
       Row row{.gather = measure_gather(subject_, tree, points, setting.traced ? seen : brute.radiance,
                                        setting, tracer_, o_.repeat)};
       add(std::move(row), brute, bounces);
-      if (!setting.traced) measure_pixels(tree, setting, brute, bounces);
+      if (!setting.traced) measure_images(tree, setting, brute, bounces);
     }
   }
 
-  void measure_pixels(const VplTree& tree, const GatherSetting& setting, const BruteForce& brute,
+  void measure_images(const VplTree& tree, const GatherSetting& setting, const BruteForce& brute,
                       int bounces) {
     if (o_.pixel_texts.empty()) return;
     if (all_.empty()) sum_everywhere();
-    PixelStudy study(subject_, tree, setting, tracer_);
+    std::vector<AdaptiveOptions> ways;
     for (const std::string& text : o_.pixel_texts)
-      add(study.measure(parse_pixels(text, scene_size(subject_.scene.mesh)), text, all_, o_.repeat), brute,
-          bounces);
+      ways.push_back(parse_pixels(text, scene_size(subject_.scene.mesh)));
+    const auto measured = measure_pixels(subject_, tree, setting, tracer_, ways, all_, o_.repeat);
+    for (std::size_t i = 0; i < measured.size(); ++i)
+      add({.gather = measured[i].gather,
+           .pixels = o_.pixel_texts[i],
+           .share = measured[i].share,
+           .psnr = measured[i].psnr},
+          brute, bounces);
   }
 
   void sum_everywhere() {

@@ -137,8 +137,9 @@ TEST_CASE("cuts are those of plain recursion on the same bounds") {
     const Bounds bounds{tree, bound_of_points(points)};
     GroupCutter cutter(tree.blocks());
     for (const float limit : {0.0f, 1e-9f, 1e-6f, 1e-4f, 1e-2f, 1e30f}) {
-      const auto plain = reference::group_cut(tree.leaf_count(), bounds, double(limit));
-      const auto cut = from_left(cutter.cut(bounds.points, limit), tree.leaf_count());
+      const SplitBy split = random.below(2) == 0 ? SplitBy::bound : SplitBy::bound_and_angle;
+      const auto plain = reference::group_cut(tree.leaf_count(), bounds, double(limit), split);
+      const auto cut = from_left(cutter.cut(bounds.points, limit, split), tree.leaf_count());
       CHECK((cutter.tests() > 0) == (tree.leaf_count() > 1));
       if (plain.margin < 1e-5) continue;
       CHECK(cut == plain.nodes);
@@ -159,7 +160,8 @@ TEST_CASE("the nodes of a cut are disjoint, and hold every VPL that brings anyth
     GroupCutter cutter(tree.blocks());
     for (const float limit : {0.0f, 1e-6f, 1e-3f, 1e30f}) {
       std::vector<int> times(tree.leaf_count());
-      for (const std::uint32_t h : cutter.cut(bound_of_points(points), limit)) {
+      const SplitBy split = random.below(2) == 0 ? SplitBy::bound : SplitBy::bound_and_angle;
+      for (const std::uint32_t h : cutter.cut(bound_of_points(points), limit, split)) {
         const LeafRange range = leaves_below(tree.leaf_count(), h);
         for (std::uint32_t i = range.begin; i < range.end; ++i) ++times[i];
       }

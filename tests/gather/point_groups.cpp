@@ -114,3 +114,13 @@ TEST_CASE("no point makes no group, one point one") {
   points[0].position = eye;  // no depth at all
   CHECK(group_points(std::vector{points[0], points[0]}, 5, eye).size() == 1);
 }
+
+TEST_CASE("tiles of scattered points grow so that they hold about 64, up to 64 pixels") {
+  for (const auto& [points, tile] :
+       {std::pair{10000u, 8}, {2500u, 16}, {1111u, 24}, {100u, 64}, {1u, 64}, {0u, 64}})
+    CHECK(scattered_groups(points, 10000).tile == tile);
+  for (std::size_t points = 157; points <= 10000; points += 97) {
+    const int tile = scattered_groups(points, 10000).tile;
+    CHECK(double(points) / 10000 * tile * tile == doctest::Approx(64).epsilon(0.15));
+  }
+}

@@ -160,15 +160,20 @@ TEST_CASE("rays are counted, one a cluster at most, none where nothing is brough
   auto points = support::room_points(random, 100);
   points[7].position = vec3(0, 9, 0), points[7].normal = vec3(0, 1, 0);
   const PointGroups groups = support::in_groups(points, mixed_sizes);
-  const Gathered cuts = gather_by_bound(tree, groups, 0.1f, Serial());
+  std::vector<std::size_t> sizes(points.size());
+  const std::size_t tests =
+      GroupLists(tree, groups, 0.1f, Serial(), SplitBy::bound)
+          .for_each(0, groups.size(), [&](std::size_t first, auto group, auto ids) {
+            std::fill_n(sizes.begin() + std::ptrdiff_t(first), group.size(), ids.size());
+          });
   for (const VplChoice choice : choices) {
     std::atomic<std::size_t> rays = 0;
     const Gathered g = gather_traced(tree, groups, 0.1f, choice, CountingOccluder{rays}, 3, Serial());
     CHECK(rays > 0);
     CHECK(std::accumulate(g.nodes.begin(), g.nodes.end(), std::size_t{0}) == rays);
-    for (std::size_t i = 0; i < points.size(); ++i) CHECK(g.nodes[i] <= cuts.nodes[i]);
+    for (std::size_t i = 0; i < points.size(); ++i) CHECK(g.nodes[i] <= sizes[i]);
     CHECK((g.nodes[7] == 0 && g.radiance[7] == vec3(0)));
-    CHECK(g.tests == cuts.tests);
+    CHECK(g.tests == tests);
   }
 }
 
@@ -190,8 +195,7 @@ TEST_CASE("a VPL drawn by what it brings has less spread than one drawn by energ
   if (Lanes::width == 1)
     CHECK(squared[1] == squared[0]);  // there is one to choose from
   else
-    CHECK(squared[1] < 0.6 * squared[0]);  // measured: 0.09 of 16 lanes
-  MESSAGE(Lanes::width << " " << (squared[1] / squared[0]));
+    CHECK(squared[1] < 0.7 * squared[0]);  // measured: 0.54 of 4 lanes, 0.05 of 16
 }
 
 TEST_CASE("the seed and the pixel decide, not the executor or the group's place") {

@@ -43,8 +43,8 @@ class Table {
   std::vector<Cells> rows_;
 };
 
-const std::string inputs =
-    "glossy_vpls --scene room.glb --size 64x48 --emitters 64 --repeat 1 --out trade.csv ";
+const std::string slow_inputs = "glossy_vpls --scene room.glb --size 64x48 --emitters 64 --out trade.csv ";
+const std::string inputs = slow_inputs + "--repeat 1 ";
 
 Table sweep(const RoomWorkplace& place, const std::string& arguments) {
   const Outcome o = place.run("trade", inputs + arguments);
@@ -194,11 +194,24 @@ TEST_CASE("however few points are asked for, some are measured") {
   CHECK(all < 64 * 48);
 }
 
-TEST_CASE("a single VPL, lit or not, and several repetitions are measured") {
+TEST_CASE("a single VPL, lit or not, is measured") {
   const RoomWorkplace place;
-  const Table table = sweep(place, "--vpls 1,2,3 --gather bound:0,angle:0.02,traced:0 --repeat 2");
+  const Table table = sweep(place, "--vpls 1,2,3 --gather bound:0,angle:0.02,traced:0");
   REQUIRE(table.size() == 9);
   for (const double error : table.column("rel_rmse")) CHECK(error < 1e-5);
+}
+
+TEST_CASE("repetitions change nothing but times, and neither do threads") {
+  const RoomWorkplace place;
+  const auto rows = [&](const std::string& arguments) {
+    REQUIRE(place.run("trade", slow_inputs + "--vpls 64 --gather bound:0.01,traced:0.05 " + arguments).code ==
+            0);
+    return Table(files::get(place / "trade.csv"));
+  };
+  const Table one = rows("--repeat 1 --threads 1"), three = rows("--repeat 3 --threads 2");
+  for (const char* name :
+       {"shining", "nodes_min", "nodes_mean", "nodes_max", "tests", "rel_rmse", "mre", "p95", "bias"})
+    CHECK_MESSAGE(one.words(name) == three.words(name), name);
 }
 
 TEST_CASE("trade glossy_vpls tells its options, and they stand in for the program's own") {
@@ -232,9 +245,10 @@ TEST_CASE("trade glossy_vpls refuses ways to gather that are none") {
 
 TEST_CASE("trade glossy_vpls refuses bad input before the work") {
   const RoomWorkplace place;
-  for (const std::string bad : {"--vpls 0", "--vpls 64,x", "--bounces 4", "--bounces 1,0", "--points 4",
-                                "--repeat 0", "--samples 4", "--exponents 5", "--no-such-option"})
-    check_refused(place, "trade", inputs + bad, bad.substr(0, bad.find(' ')));
+  for (const std::string bad :
+       {"--vpls 0", "--vpls 64,x", "--bounces 4", "--bounces 1,0", "--points 4", "--repeat 0", "--repeat x",
+        "--samples 4", "--exponents 5", "--no-such-option"})
+    check_refused(place, "trade", slow_inputs + bad, bad.substr(0, bad.find(' ')));
   check_refused(place, "trade", "glossy_vpls --scene room.glb", "--out");
   const std::string start = "glossy_vpls --size 16x12 --vpls 16 --scene ";
   for (const std::string scene : {"nowhere.glb", "sky.hdr"})

@@ -133,11 +133,14 @@ struct GroupCut {
   std::uint32_t leaf_count;
   const Bounded& bounded;
   double limit;
+  SplitBy split;
   VplWalk result{};
 
   void visit(std::uint32_t h) {
     const auto [radiance, angle] = bounded(h);
-    const bool is_split = h < leaf_count && (h == 1 || result.is_above(radiance * angle, limit));
+    const double factor = split == SplitBy::bound_and_angle ? angle : angle > 0 ? 1 : 0;
+    const bool is_split =
+        h < leaf_count && (h == 1 || result.is_above(double(float(radiance) * float(factor)), limit));
     if (is_split) return visit(2 * h), visit(2 * h + 1);
     if (radiance > 0 || h == 1) result.nodes.push_back(h);
   }
@@ -155,10 +158,11 @@ inline VplWalk walk_by_angle(std::span<const VplNode> nodes, const GlossyPoint& 
 }
 
 /// GroupCutter::cut, its nodes from left to right; `bounded(h)` is a pair, what the node brings at most and
-/// the most that its size covers. Radiance stays 0.
+/// the most that its size covers; their product is a float, which may lose what is next to 0. Radiance stays
+/// 0.
 template <class Bounded>
-VplWalk group_cut(std::uint32_t leaf_count, const Bounded& bounded, double limit) {
-  detail::GroupCut<Bounded> cut{leaf_count, bounded, limit};
+VplWalk group_cut(std::uint32_t leaf_count, const Bounded& bounded, double limit, SplitBy split) {
+  detail::GroupCut<Bounded> cut{leaf_count, bounded, limit, split};
   if (leaf_count > 0) cut.visit(1);
   return cut.result;
 }
