@@ -153,7 +153,7 @@ TEST_CASE("the report tells which knobs were turned") {
   CHECK(std::abs(settings["threshold"].get<double>() - 0.02) < 1e-6);  // the angle's own default
   place.shone("--visibility traced");
   CHECK(place.report()["settings"]["visibility"] == "traced");
-  CHECK(std::abs(place.report()["settings"]["threshold"].get<double>() - 0.002) < 1e-6);
+  CHECK(std::abs(place.report()["settings"]["threshold"].get<double>() - 0.02) < 1e-6);
 }
 
 TEST_CASE("the layer of cut sizes is what the report sums up") {

@@ -182,11 +182,11 @@ TEST_CASE("a ray a cluster is right in the mean over seeds") {
   for (const std::string choice : {"energy", "contribution"}) {
     CAPTURE(choice);
     const int seeds = 12;
-    Image traced(64, 48), reference(64, 48);
+    Image traced(32, 24), reference(32, 24);
     double squares = 0;
     for (int seed = 1; seed <= seeds; ++seed) {
-      const json frame = place.measured("--visibility traced --threshold 0.05 --ray-choice " + choice +
-                                        " --seed " + std::to_string(seed));
+      const json frame = place.measured("--size 32x24 --visibility traced --threshold 0.05 --ray-choice " +
+                                        choice + " --seed " + std::to_string(seed));
       CHECK(frame["shadow_rays"]["mean"] < 150);
       squares += error_of(frame) * error_of(frame);
       const Image one = place.part("indirect"), all = place.part("reference");

@@ -39,14 +39,22 @@ ImageErrors by_definition(const Image& image, const Image& reference, const Mask
     relative2 += (x[i] - r[i]) * (x[i] - r[i]) / (r[i] * r[i] + 0.01L) / n;
   }
   std::ranges::sort(each);
-  const double p99 = double(each[std::size_t(0.99 * double(each.size() - 1))]);
-  return {double(std::sqrt(difference / norm)), double(relative), double(relative2), p99, x.size() / 3};
+  const auto percentile = [&](double share) {
+    return double(each[std::size_t(share * double(each.size() - 1))]);
+  };
+  return {double(std::sqrt(difference / norm)),
+          double(relative),
+          double(relative2),
+          percentile(0.95),
+          percentile(0.99),
+          x.size() / 3};
 }
 
 void check_all_zero(const ImageErrors& e) {
   CHECK(e.rel_rmse == 0);
   CHECK(e.mre == 0);
   CHECK(e.rel_mse == 0);
+  CHECK(e.p95 == 0);
   CHECK(e.p99 == 0);
 }
 
@@ -65,6 +73,7 @@ TEST_CASE("errors are those of their definitions, over the pixels that count") {
     CHECK(e.rel_rmse == doctest::Approx(expected.rel_rmse).epsilon(1e-9));
     CHECK(e.mre == doctest::Approx(expected.mre).epsilon(1e-9));
     CHECK(e.rel_mse == doctest::Approx(expected.rel_mse).epsilon(1e-9));
+    CHECK(e.p95 == doctest::Approx(expected.p95).epsilon(1e-9));
     CHECK(e.p99 == doctest::Approx(expected.p99).epsilon(1e-9));
   }
 }
@@ -95,6 +104,7 @@ TEST_CASE("p99 is passed by a hundredth of the values") {
   Image image = reference;
   for (int x = 0; x < 12; ++x) image.at(x, 0) = vec3(3);
   CHECK(image_errors(image, reference, Mask(1000, true)).p99 == doctest::Approx(2 / 1.1));
+  CHECK(image_errors(image, reference, Mask(1000, true)).p95 == 0);
   for (int x = 8; x < 12; ++x) image.at(x, 0) = vec3(1);
   CHECK(image_errors(image, reference, Mask(1000, true)).p99 == 0);
 }

@@ -114,7 +114,7 @@ Gathered gather_by_angle(const VplTree& tree, std::span<const GlossyPoint> point
       walk_tree(tree.leaf_count(), [&](std::uint32_t h) {
         const VplNode& n = tree.nodes()[h];
         const WalkMark mark = marks.empty() ? WalkMark::test : marks[h];
-        if (!(n.energy > 0)) return false;
+        if (n.energy <= 0) return false;
         ++tests[p];
         const bool is_inner = h < tree.leaf_count() && mark != WalkMark::take;
         if (is_inner && (mark == WalkMark::split || packet.any_within(n, nearest * n.area))) return true;

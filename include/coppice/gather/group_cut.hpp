@@ -74,7 +74,7 @@ class GroupCutter {
       const Lanes factor =
           split_ == SplitBy::bound ? select(b.angle > 0.0f, Lanes(1.0f), Lanes(0.0f)) : b.angle;
       split |= std::uint32_t(bits_of(b.radiance * factor > limit)) << i;
-      bright |= std::uint32_t(bits_of(b.radiance > 0.0f)) << i;
+      bright |= std::uint32_t(bits_of(!(b.radiance <= 0.0f))) << i;  // NaN must not vanish
     }
     tests_ += BlockLayout::places - 2;
     const std::uint32_t lowest = blocks_.layout().lowest_places(root);

@@ -3,6 +3,8 @@
 
 #include <coppice/shared/vpl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <coppice/core/config.hpp>
 #include <cstdint>
 #include <span>
@@ -36,7 +38,7 @@ struct GroupOptions {
 inline GroupOptions scattered_groups(std::size_t points, std::size_t pixels) {
   GroupOptions o;
   const double each = double(pixels) / double(std::max<std::size_t>(points, 1));
-  o.tile = std::min(64, int(o.tile * std::sqrt(each) + 0.5));
+  o.tile = std::clamp(int(o.tile * std::sqrt(each) + 0.5), 1, 64);
   return o;
 }
 

@@ -34,7 +34,7 @@ inline VplLight mean_light(const detail::Carried& carried, const vec3& normal) {
 
 /// The leaves that shine, in their order.
 inline std::vector<VplNode> shining(std::vector<VplNode> leaves) {
-  std::erase_if(leaves, [](const VplNode& leaf) { return !(leaf.energy > 0); });
+  std::erase_if(leaves, [](const VplNode& leaf) { return leaf.energy <= 0; });
   return leaves;
 }
 

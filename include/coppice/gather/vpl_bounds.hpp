@@ -29,10 +29,13 @@ struct VplBound {
   vec3 lobe_high{0};
   float reserved_2_ = 0;
 
-  bool is_dark() const { return !(diffuse > 0 || peak > 0); }
+  bool is_dark() const { return diffuse <= 0 && peak <= 0; }
 };
 
-inline float brightest(const vec3& rgb) { return std::max(rgb.x, std::max(rgb.y, rgb.z)); }
+/// The largest channel; NaN where any channel is.
+inline float brightest(const vec3& rgb) {
+  return std::max(rgb.x, std::max(rgb.y, rgb.z)) + 0 * (rgb.x + rgb.y + rgb.z);
+}
 
 inline VplBound bound_of_leaf(const VplNode& n) {
   const float k = lobe_shining(n.exponent);

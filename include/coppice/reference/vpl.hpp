@@ -121,7 +121,7 @@ struct AngleWalk {
     return result.is_above(solid_angle(nodes[h]), threshold);
   }
   void visit(std::uint32_t h) {
-    if (!(nodes[h].energy > 0)) return;
+    if (nodes[h].energy <= 0) return;
     if (is_split(h)) return visit(2 * h), visit(2 * h + 1);
     result.radiance += reflected(nodes[h], point);
     result.nodes.push_back(h);

@@ -30,7 +30,7 @@ bool is_split(uint h, vec3 position) {
 
 // Where the walk goes on after a node, dark nodes passed over: 1 after the last.
 uint visit(inout Gathering gathering, uint h) {
-  if (parameters.gather.nodes.at[h].energy > 0.0) {
+  if (!(parameters.gather.nodes.at[h].energy <= 0.0)) {
     if (is_split(h, gathering.point.position)) return 2u * h;
     add(gathering, parameters.gather.nodes.at[h]);
   }
