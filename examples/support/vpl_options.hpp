@@ -28,7 +28,7 @@ struct ExponentRange {
 struct VplSystemOptions {
   CommonOptions common;
   VplOptions placement;
-  std::size_t emitters = 256;    ///< surface lights at most, on shining surfaces
+  std::size_t emitters = 1024;   ///< surface lights at most, on shining surfaces
   std::size_t sky_lights = 256;  ///< distant lights at most, of --env
   VplTreeOptions tree;
   int bounces = 1;
