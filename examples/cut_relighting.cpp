@@ -3,9 +3,6 @@
 #include <coppice/core/error.hpp>
 #include <coppice/embree/threads.hpp>
 #include <coppice/embree/tracer.hpp>
-#include <coppice/exr/exposure.hpp>
-#include <coppice/exr/write.hpp>
-#include <optional>
 #include <support/frames.hpp>
 #include <support/knobs.hpp>
 #include <support/program.hpp>
@@ -121,50 +118,6 @@ void check_before_work(const SystemOptions& o) {
   require_backend(o.common.backend);
 }
 
-/// One frame: times, image, and what --reference and --compare add.
-class FrameWriter {
- public:
-  FrameWriter(const SystemOptions& options, System& system, Image comparison)
-      : options_(options), system_(system), comparison_(std::move(comparison)) {}
-
-  nlohmann::json write(int number) {
-    RenderedFrame frame = system_.render(number);
-    const auto counts = counted_pixels(frame.direct);
-    if (options_.reference) add_reference(frame, counts);
-    if (!comparison_.pixels.empty())
-      frame.report["compared"] =
-          errors_json(compare(frame.image, comparison_, counts, options_.common.compare_block));
-    std::vector<Layer> layers{
-        {"", frame.image}, {"A", frame.direct.coverage}, {"cut_size.Y", frame.cut_size}};
-    for (const auto& [name, image] : frame.parts) layers.push_back({name, image});
-    const std::filesystem::path path = frame_path(options_.common.out, options_.frames, number);
-    write_exr(path, frame.image.width, frame.image.height, layers);
-    write_png(preview_path(path), frame.image, exposure(frame));
-    return frame.report;
-  }
-
- private:
-  void add_reference(RenderedFrame& frame, const std::vector<bool>& counts) {
-    Image reference = system_.reference(frame.report), error(frame.image.width, frame.image.height);
-    for (std::size_t i = 0; i < error.pixels.size(); ++i)
-      error.pixels[i] = frame.image.pixels[i] - reference.pixels[i];
-    frame.report["errors"] = errors_json(compare(frame.image, reference, counts, 1));
-    frame.parts.emplace_back("reference", std::move(reference));
-    frame.parts.emplace_back("error", std::move(error));
-  }
-
-  /// That of the first frame, so that an animation does not flicker.
-  float exposure(const RenderedFrame& frame) {
-    if (!exposure_) exposure_ = automatic_exposure(frame.image, frame.direct.coverage);
-    return *exposure_;
-  }
-
-  const SystemOptions& options_;
-  System& system_;
-  Image comparison_;
-  std::optional<float> exposure_;
-};
-
 void print_frame(int frame, const nlohmann::json& j) {
   std::fprintf(stderr, "frame %d: %.1f ms", frame, j["milliseconds"].get<double>());
   if (j.contains("errors"))
@@ -195,15 +148,14 @@ void render(const SystemOptions& o) {
   in.environment.rotation = turn_of_frame(o, 0);
   const EmbreeTracer tracer(in.scene);
   const auto system = make_system(o, in, tracer, threads);
-  FrameWriter writer(o, *system, std::move(comparison));
+  FrameWriter writer(
+      *system, o.common.out, o.frames,
+      {.reference = o.reference, .image = std::move(comparison), .block = o.common.compare_block});
   nlohmann::json report = {{"program", "cut_relighting"},
                            {"settings", all_settings_json(o)},
                            {"preparation", system->preparation()},
                            {"warnings", in.scene.warnings}};
-  for (int frame = 0; frame < o.frames; ++frame) {
-    report["frames"].push_back(writer.write(frame));
-    print_frame(frame, report["frames"].back());
-  }
+  report["frames"] = writer.write_all(print_frame);
   if (!o.common.report.empty()) write_report(o.common.report, report);
 }
 

@@ -1,9 +1,6 @@
 // Glossy global illumination from virtual point lights whose directional radiance is filtered up a tree
 // (reflectance filtering). Nothing is precomputed: lights, materials and objects may change with each frame.
 #include <coppice/core/error.hpp>
-#include <coppice/exr/exposure.hpp>
-#include <coppice/exr/tone_map.hpp>
-#include <coppice/exr/write.hpp>
 #include <support/frames.hpp>
 #include <support/report.hpp>
 #include <support/shader.hpp>
@@ -35,63 +32,17 @@ void add_options(CLI::App& app, VplSystemOptions& o) {
                "also sum over every VPL at every pixel: adds the EXR layers reference and error");
 }
 
-/// What --compare names, less what --compare-minus names.
-Image comparison_image(const VplSystemOptions& o) {
-  if (o.common.compare.empty()) return {};
-  Image image = read_comparison(o.common.compare, o.common.raster);
-  if (o.compare_minus.empty()) return image;
+/// The light of the VPLs alone has a reference; so it is compared, if direct light is taken off.
+Comparisons comparisons(const VplSystemOptions& o) {
+  Comparisons c{.reference = o.reference, .referenced = "indirect", .block = o.common.compare_block};
+  if (o.common.compare.empty()) return c;
+  c.image = read_comparison(o.common.compare, o.common.raster);
+  if (o.compare_minus.empty()) return c;
+  c.compared = "indirect";
   const Image less = read_comparison(o.compare_minus, o.common.raster);
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] -= less.pixels[i];
-  return image;
+  for (std::size_t i = 0; i < c.image.pixels.size(); ++i) c.image.pixels[i] -= less.pixels[i];
+  return c;
 }
-
-class FrameWriter {
- public:
-  FrameWriter(const VplSystemOptions& options, System& system)
-      : options_(options), system_(system), comparison_(comparison_image(options)) {}
-
-  nlohmann::json write(int number) {
-    RenderedFrame frame = system_.render(number);
-    const auto counts = counted_pixels(frame.direct);
-    if (!comparison_.pixels.empty()) {
-      const Image& image = options_.compare_minus.empty() ? frame.image : part(frame, "indirect");
-      frame.report["compared"] =
-          errors_json(compare(image, comparison_, counts, options_.common.compare_block));
-    }
-    if (options_.reference) add_reference(frame, counts);
-    std::vector<Layer> layers{
-        {"", frame.image}, {"A", frame.direct.coverage}, {"cut_size.Y", frame.cut_size}};
-    for (const auto& [name, image] : frame.parts) layers.push_back({name, image});
-    const auto path = frame_path(options_.common.out, options_.frames, number);
-    write_exr(path, frame.image.width, frame.image.height, layers);
-    write_png(preview_path(path), frame.image, exposure(frame));
-    return frame.report;
-  }
-
- private:
-  static const Image& part(const RenderedFrame& frame, const std::string& name) {
-    return std::ranges::find(frame.parts, name, [](const auto& p) { return p.first; })->second;
-  }
-
-  void add_reference(RenderedFrame& frame, const std::vector<bool>& counts) {
-    Image reference = system_.reference(frame.report), error = part(frame, "indirect");
-    frame.report["errors"] = errors_json(compare(error, reference, counts, 1));
-    for (std::size_t i = 0; i < error.pixels.size(); ++i) error.pixels[i] -= reference.pixels[i];
-    frame.parts.emplace_back("reference", std::move(reference));
-    frame.parts.emplace_back("error", std::move(error));
-  }
-
-  /// That of the first frame, so that an animation does not flicker.
-  float exposure(const RenderedFrame& frame) {
-    if (!exposure_) exposure_ = automatic_exposure(frame.image, frame.direct.coverage);
-    return *exposure_;
-  }
-
-  const VplSystemOptions& options_;
-  System& system_;
-  Image comparison_;
-  std::optional<float> exposure_;
-};
 
 void print_frame(int frame, const nlohmann::json& j) {
   std::fprintf(stderr, "frame %d: %.0f ms, %zu of %zu VPLs shine", frame, j["milliseconds"].get<double>(),
@@ -109,21 +60,19 @@ void render(const VplSystemOptions& o) {
   check_combinations(o);
   require_frames_writable(o.common.out, o.frames, o.common.report);
   require_backend(o.common.backend);
+  Comparisons compared = comparisons(o);
   const Threads threads(o.common.threads);
   Inputs in = load_inputs(o.common, {.separate_moving = o.animate});
   const std::size_t told = in.scene.warnings.size();
   const auto system = make_vpl_system(o, in, threads);
   for (std::size_t i = told; i < in.scene.warnings.size(); ++i)
     std::fprintf(stderr, "warning: %s\n", in.scene.warnings[i].c_str());
-  FrameWriter writer(o, *system);
+  FrameWriter writer(*system, o.common.out, o.frames, std::move(compared));
   nlohmann::json report = {{"program", "glossy_vpls"},
                            {"settings", settings_json(o)},
                            {"preparation", system->preparation()},
                            {"warnings", in.scene.warnings}};
-  for (int frame = 0; frame < o.frames; ++frame) {
-    report["frames"].push_back(writer.write(frame));
-    print_frame(frame, report["frames"].back());
-  }
+  report["frames"] = writer.write_all(print_frame);
   if (!o.common.report.empty()) write_report(o.common.report, report);
 }
 
