@@ -9,6 +9,7 @@ build/release/bin/cut_relighting --scene assets/flight_helmet/flight_helmet.gltf
 mkdir -p docs/images
 cp build/demo/picture.png docs/images/flight_helmet.png
 cp build/demo/trade.svg docs/images/trade.svg
+cp build/demo/glossy.png docs/images/glossy_vpls.png
 build/release/bin/cut_sizes docs/images/cut_sizes.png
 build/release/bin/highlights docs/images/highlights.png
 python3 scripts/plot_errors.py build/release/bench.md docs/images/glossy.svg
