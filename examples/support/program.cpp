@@ -61,7 +61,8 @@ void add_common_options(CLI::App& app, CommonOptions& o) {
   app.add_option("--threads", o.threads, "threads; 0 for all")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app.add_option("--seed", o.seed, "turns the lattice of lights at random; 0 leaves it")
+  app.add_option("--seed", o.seed,
+                 "of all that is drawn; other than 0 it also turns the lattice of lights at random")
       ->capture_default_str();
   add_choice(
       app, "--brdf", o.shading, shading_words,

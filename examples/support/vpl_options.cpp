@@ -75,13 +75,16 @@ void add_gather_options(CLI::App& app, VplSystemOptions& o) {
            const auto [a, b] = parse_pair("--min-max", text, 0);
            o.min_max = {a, b};
          },
-         "MIN:MAX: normal variances of min-max cuts, for --criterion angle; the paper's are 40:9")
-      ->option_text("MIN:MAX");
+         "MIN:MAX: normal variances of min-max cuts, for --criterion angle; alone the paper's, 40:9")
+      ->option_text("MIN:MAX")
+      ->expected(0, 1)
+      ->default_str("40:9");
   add_choice(app, "--visibility", o.is_traced, traced_words,
              "of VPLs: none hides one, or a shadow ray to one VPL of each cluster");
   add_choice(app, "--ray-choice", o.choice, choice_words, "of traced visibility: to which VPL of a cluster");
   add_choice(app, "--adaptive", o.pixels, pixel_words,
-             "which pixels are gathered, the others being interpolated");
+             "which pixels are gathered, the others being interpolated; alone relative");
+  app.get_option("--adaptive")->expected(0, 1)->default_str("relative");
   app.add_option("--epsilon", o.epsilon, "threshold of --adaptive (0.07; 0.3 for paper)")
       ->check(finite_number)
       ->check(CLI::NonNegativeNumber);

@@ -151,6 +151,8 @@ TEST_CASE("the report tells which knobs were turned") {
                            {"brdf", "phong"},
                            {"ray_choice", "energy"}});
   CHECK(std::abs(settings["threshold"].get<double>() - 0.02) < 1e-6);  // the angle's own default
+  place.shone("--criterion angle --min-max --adaptive");
+  check_members(place.report()["settings"], {{"min_max", {40, 9}}, {"adaptive", "relative"}});
   place.shone("--visibility traced");
   CHECK(place.report()["settings"]["visibility"] == "traced");
   CHECK(std::abs(place.report()["settings"]["threshold"].get<double>() - 0.02) < 1e-6);
