@@ -10,7 +10,7 @@ packages=(
   libopenexr-dev libstb-dev
   libtinygltf-dev nlohmann-json3-dev
   libhdf5-dev libdeflate-dev python3-h5py
-  libvulkan-dev glslc mesa-vulkan-drivers libspirv-cross-c-shared-dev
+  libvulkan-dev glslc mesa-vulkan-drivers vulkan-validationlayers libspirv-cross-c-shared-dev
   libnanoflann-dev libcli11-dev
   doctest-dev librapidcheck-dev libbenchmark-dev
 )
