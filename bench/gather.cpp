@@ -3,6 +3,7 @@
 //
 #include <coppice/core/random.hpp>
 #include <coppice/gather/vpl_tree.hpp>
+#include <coppice/reference/vpl.hpp>
 #include <cstring>
 
 #include "check.hpp"
@@ -88,8 +89,16 @@ void cluster(benchmark::State& state) {
 }
 BENCHMARK(cluster)->Name("gather/cluster_16384_vpls")->Unit(benchmark::kMillisecond);
 
+/// How far the energy of the root is from the sum over all VPLs.
+double energy_lost(const VplTree& tree) {
+  double sum = 0;
+  for (const VplNode& vpl : vpls()) sum += double(vpl.energy);
+  return std::abs(double(tree.nodes()[1].energy) / sum - 1);
+}
+
 void filter(benchmark::State& state) {
   VplTree tree(vpls());
+  if (!agrees(state, energy_lost(tree), 1e-5)) return;
   for (auto _ : state) tree.set(vpls());
 }
 BENCHMARK(filter)->Name("gather/filter_16384_vpls")->Unit(benchmark::kMillisecond);
@@ -115,7 +124,19 @@ void refit_some(benchmark::State& state) {
 }
 BENCHMARK(refit_some)->Name("gather/refit")->Arg(16)->Arg(256)->Unit(benchmark::kMicrosecond);
 
+/// Against the sum in double at every 64th point.
+double brute_force_error() {
+  const std::vector<vec3> all = sum_of_all();
+  std::vector<vec3> sums, expected;
+  for (std::size_t i = 0; i < all.size(); i += 64) {
+    sums.push_back(all[i]);
+    expected.emplace_back(reference::reflected_by_all(vpls(), floor_points().points[i]));
+  }
+  return relative_difference(sums, expected);
+}
+
 void brute_force(benchmark::State& state) {
+  if (!agrees(state, brute_force_error(), 1e-4)) return;
   for (auto _ : state) benchmark::DoNotOptimize(sum_of_all());
   state.counters["point"] = seconds_for_each(double(floor_points().points.size()));
 }
