@@ -177,7 +177,7 @@ class VplSystem : public System {
 
   Gathered gather_points(std::span<const GlossyPoint> points, PointGroups& groups) {
     groups = group_points(points, options_.common.raster.width, in_.camera.position,
-                          scattered_groups(points.size(), std::max<std::size_t>(points_.size(), 1)));
+                          scattered_groups(points.size(), points_.size()));
     return gatherer_->gather(groups, *tracer_);
   }
 

@@ -40,13 +40,6 @@ struct PointBuffers {
   }
 };
 
-/// A node that faces the point, seen as a disc, covers more than the threshold at distance² < this · area:
-/// see gather_by_angle of the CPU.
-float nearest_of(float threshold) {
-  const float c = 1 - threshold / (2 * pi);
-  return c * c / (threshold / (2 * pi) * (1 + c)) / pi;
-}
-
 std::uint32_t longest(const VplLists& lists) {
   std::uint32_t most = 0, begin = 0;
   for (const std::uint32_t end : lists.ends) most = std::max(most, end - begin), begin = end;
@@ -182,7 +175,7 @@ VplGatherResult VplShader::gather_by_angle(std::span<const GlossyPoint> points, 
                                      .range = {},
                                      .leaf_count = state.leaf_count,
                                      .has_marks = marks.empty() ? 0u : 1u,
-                                     .nearest = nearest_of(threshold)};
+                                     .nearest = vpl_reach(threshold)};
   return state.gather(buffers, state.walk, parameters, node_count);
 }
 

@@ -94,16 +94,14 @@ class PointPacket {
 };
 
 /// The unshadowed light of the VPLs at all points, in their order: a node is split where it covers more than
-/// `threshold` steradians of any point of a packet. A node is a disc of its total area that faces the point;
-/// of radius R at distance r it covers 2π(1 - r/√(r² + R²)), near and far, so that the test is r² < R² c²/(1
-/// - c²) with c = 1 - threshold/2π. `marks`: by heap id, or empty. The same for any executor. Precondition:
-/// 0 < threshold < 2π.
+/// `threshold` steradians of any point of a packet, by vpl_reach. `marks`: by heap id, or empty. The same for
+/// any executor. Precondition: 0 < threshold < 2π.
 template <Executor E>
 Gathered gather_by_angle(const VplTree& tree, std::span<const GlossyPoint> points, float threshold,
                          std::span<const WalkMark> marks, const E& executor) {
   COPPICE_ASSERT(threshold > 0 && threshold < 2 * pi);
   Gathered result{std::vector<vec3>(points.size()), std::vector<std::uint32_t>(points.size())};
-  const float c = 1 - threshold / (2 * pi), nearest = c * c / (threshold / (2 * pi) * (1 + c)) / pi;
+  const float reach = vpl_reach(threshold);
   const std::size_t packets = (points.size() + Lanes::width - 1) / Lanes::width;
   std::vector<std::uint32_t> tests(packets);
   executor(packets, 16, [&](std::size_t begin, std::size_t end) {
@@ -117,7 +115,7 @@ Gathered gather_by_angle(const VplTree& tree, std::span<const GlossyPoint> point
         if (n.energy <= 0) return false;
         ++tests[p];
         const bool is_inner = h < tree.leaf_count() && mark != WalkMark::take;
-        if (is_inner && (mark == WalkMark::split || packet.any_within(n, nearest * n.area))) return true;
+        if (is_inner && (mark == WalkMark::split || packet.any_within(n, reach * n.area))) return true;
         packet.add(n), ++taken;
         return false;
       });

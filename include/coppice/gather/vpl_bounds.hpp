@@ -25,9 +25,7 @@ struct VplBound {
   vec3 normal_high{0};
   float softening = 0;  ///< least
   vec3 lobe_low{0};
-  float reserved_ = 0;
   vec3 lobe_high{0};
-  float reserved_2_ = 0;
 
   bool is_dark() const { return diffuse <= 0 && peak <= 0; }
 };

@@ -19,14 +19,6 @@ struct VplLight {
   vec3 direction{0, 0, 1};  ///< unit, towards the light
 };
 
-/// Indices of the VPLs that any light reaches, ascending.
-inline std::vector<std::uint32_t> lit(std::span<const VplLight> light) {
-  std::vector<std::uint32_t> indices;
-  for (std::uint32_t i = 0; i < light.size(); ++i)
-    if (light[i].irradiance != vec3(0)) indices.push_back(i);
-  return indices;
-}
-
 namespace detail {
 
 /// Adds up, in double, what reaches one point from many lights.

@@ -122,6 +122,15 @@ COPPICE_FUNCTION_OF_REAL COPPICE_OF_REAL(VplTerms)
                                 lobe_widened(point.exponent, a.widening));
 }
 
+/// A node covers more than so many steradians of a point where their squared distance is below this times the
+/// node's area. The node counts as a disc of area A that faces the point, which covers 2π(1 - r/√(r² + A/π))
+/// at distance r, near and far; no root is needed. Precondition: 0 < steradians < 2π.
+COPPICE_FUNCTION float vpl_reach(float steradians) {
+  const float share = steradians / 6.2831853f;
+  const float c = 1.0f - share;
+  return c * c / (share * (1.0f + c) * 3.14159265f);
+}
+
 COPPICE_FUNCTION float vpl_luminance(vec3 rgb) { return dot(rgb, vec3(0.2126f, 0.7152f, 0.0722f)); }
 
 /// Luminance of π diffuse + specular.
