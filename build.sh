@@ -71,7 +71,7 @@ build() {
 }
 
 demo() {
-  build release cut_relighting glossy_vpls trade first_light
+  build release cut_relighting glossy_vpls sg_relighting trade first_light
   scripts/demo.sh "$@"
 }
 
@@ -83,7 +83,7 @@ run_tests() {
 }
 
 bench() {
-  build release bench_coppice frames highlights knobs many_lights trade
+  build release bench_coppice frames highlights knobs many_lights trade sg_relighting environment_fit
   scripts/bench.sh "$@"
 }
 

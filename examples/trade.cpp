@@ -10,6 +10,7 @@
 #include <support/paper_table.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
+#include <support/sg_sweep.hpp>
 #include <support/text.hpp>
 #include <support/trade_output.hpp>
 #include <support/vpl_sweep.hpp>
@@ -239,10 +240,13 @@ void measure_as_asked(const Options& o) {
 
 int main(int argc, char** argv) {
   using namespace coppice::program;
-  if (argc > 1 && std::string(argv[1]) == "glossy_vpls") return sweep_vpls(argc - 1, argv + 1);
+  const std::string program = argc > 1 ? argv[1] : "";
+  if (program == "glossy_vpls") return sweep_vpls(argc - 1, argv + 1);
+  if (program == "sg_relighting") return sweep_gaussians(argc - 1, argv + 1);
   CLI::App app(
       "Measures time against error of relighting through cuts, over their knobs. `trade glossy_vpls` "
-      "measures gathering from VPLs; it has a --help of its own.",
+      "measures gathering from VPLs, `trade sg_relighting` spherical Gaussians; they have a --help of their "
+      "own.",
       "trade");
   Options options;
   add_options(app, options);

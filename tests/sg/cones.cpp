@@ -110,7 +110,7 @@ TEST_CASE("packed circles do not overlap and stay in the disc, and each touches 
 
 TEST_CASE("a cone's Gaussian falls to a half at its edge") {
   for (const float angle : {1e-4f, 0.01f, 0.3f, 1.0f, 2.0f, 3.14159f}) {
-    const SgShape g{vec3(0, 0, 1), cone_sharpness(angle)};
+    const SgShape g{vec3(0, 0, 1), sg_cone_sharpness(angle)};
     CHECK(sg_evaluate(g, vec3(std::sin(angle), 0, std::cos(angle))) == doctest::Approx(0.5).epsilon(1e-3));
   }
 }

@@ -68,12 +68,28 @@ class EnvironmentFitter {
   /// Gaussians of the rest.
   std::size_t rest_count() const { return shapes_.size(); }
 
+  /// The levels, coarse to fine, and the Gaussians of all in the order of their amplitudes: for who solves
+  /// the equations elsewhere.
+  std::span<const detail::FitLevel> levels() const { return levels_; }
+  std::span<const SgShape> shapes() const { return shapes_; }
+
   /// The Gaussians of an environment: first those of its peaks, then the grid's, which stand for what is left
   /// when the peaks' are subtracted. Radiance of the rest, and amplitudes, may be negative. Energy is kept to
   /// 1e-6. A turn of the environment turns the axes and nothing else.
   /// Precondition: the map has the constructor's size.
   template <Executor E = Serial>
   EnvironmentFit fit(const Environment& environment, const E& executor = {}) const {
+    return fit_by(environment, executor, [&](const auto& cells, const auto& peaks) {
+      std::vector<vec3> amplitudes(shapes_.size(), vec3(0));
+      for (const detail::FitLevel& level : levels_)
+        level.solve(level.means(grid_, cells, peaks, executor), options_.passes, amplitudes, executor);
+      return amplitudes;
+    });
+  }
+
+  /// The same where solve(cells, peaks) gives the amplitudes of all shapes.
+  template <Executor E, class Solve>
+  EnvironmentFit fit_by(const Environment& environment, const E& executor, Solve&& solve) const {
     const std::vector<EnvironmentCell> cells = grid_.gather(environment.map, executor);
     glm::dvec3 energy(0);
     for (const EnvironmentCell& cell : cells) energy += glm::dvec3(cell.energy);
@@ -81,7 +97,8 @@ class EnvironmentFitter {
     EnvironmentFit result;
     result.lights = find_peaks(environment.map, mean, options_.peaks, executor);
     result.peak_count = result.lights.size();
-    const std::vector<vec3> amplitudes = fit_rest(cells, energy, result.lights, executor);
+    std::vector<vec3> amplitudes = solve(cells, result.lights);
+    keep_energy(energy - sg_energy(result.lights), amplitudes);
     for (std::size_t i = 0; i < shapes_.size(); ++i)
       result.lights.push_back(sg_light(shapes_[i], amplitudes[i]));
     for (SgLight& light : result.lights) light.axis = turned_direction(light.axis, environment.rotation);
@@ -89,16 +106,6 @@ class EnvironmentFitter {
   }
 
  private:
-  template <Executor E>
-  std::vector<vec3> fit_rest(std::span<const EnvironmentCell> cells, const glm::dvec3& energy,
-                             std::span<const SgLight> peaks, const E& executor) const {
-    std::vector<vec3> amplitudes(shapes_.size(), vec3(0));
-    for (const detail::FitLevel& level : levels_)
-      level.solve(level.means(grid_, cells, peaks, executor), options_.passes, amplitudes, executor);
-    keep_energy(energy - sg_energy(peaks), amplitudes);
-    return amplitudes;
-  }
-
   /// Adds to the finest level what is missing, evenly.
   void keep_energy(glm::dvec3 missing, std::span<vec3> amplitudes) const {
     for (std::size_t i = 0; i < shapes_.size(); ++i)

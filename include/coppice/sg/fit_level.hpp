@@ -65,6 +65,14 @@ class FitLevel {
   std::span<const vec3> axes() const { return axes_; }
   float sharpness() const { return sharpness_; }
   std::size_t first() const { return first_; }
+  /// Sharpness of the windows.
+  float window() const { return window_; }
+  /// Of a Jacobi pass: 1/c.
+  float step() const { return step_; }
+  /// A row a Gaussian: weights of the grid's pixels in its window.
+  const SparseRows& windows() const { return windows_; }
+  /// A row a Gaussian: A, over the Gaussians of the levels before and this.
+  const SparseRows& model() const { return model_; }
 
   /// The right-hand sides: means under the windows of the cells less the peaks.
   template <Executor E>
@@ -73,7 +81,7 @@ class FitLevel {
     std::vector<vec3> result(axes_.size());
     executor(axes_.size(), 32, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        result[i] = mean_of_cells(i, grid, cells) - mean_of_lights(i, peaks);
+        result[i] = vec3(mean_of_cells(i, grid, cells) - mean_of_lights(i, peaks));
     });
     return result;
   }
@@ -127,23 +135,24 @@ class FitLevel {
   }
 
   /// Σ w E, w taken to where each cell's light lies: e^t to second order, |t| < ½.
-  vec3 mean_of_cells(std::size_t row, const EnvironmentGrid& grid,
-                     std::span<const EnvironmentCell> cells) const {
+  glm::dvec3 mean_of_cells(std::size_t row, const EnvironmentGrid& grid,
+                           std::span<const EnvironmentCell> cells) const {
     const vec3 slope = window_ * axes_[row];
-    vec3 sum(0);
+    glm::dvec3 sum(0);  // beside a sun of 1e5 floats lose what is left
     for (std::uint32_t e = windows_.begins[row]; e < windows_.begins[row + 1]; ++e) {
       const std::uint32_t j = windows_.columns[e];
       const float t = dot(slope, cells[j].centre - grid.centres()[j]);
-      sum += windows_.values[e] * (1 + t * (1 + 0.5f * t)) * cells[j].energy;
+      sum += double(windows_.values[e] * (1 + t * (1 + 0.5f * t))) * glm::dvec3(cells[j].energy);
     }
     return sum;
   }
 
-  vec3 mean_of_lights(std::size_t row, std::span<const SgLight> lights) const {
+  glm::dvec3 mean_of_lights(std::size_t row, std::span<const SgLight> lights) const {
     const float scale = sg_normalisation(window_);
-    vec3 sum(0);
+    glm::dvec3 sum(0);
     for (const SgLight& light : lights)
-      sum += scale * sg_inner_product({axes_[row], window_}, {light.axis, light.sharpness}) * light.amplitude;
+      sum += double(scale * sg_inner_product({axes_[row], window_}, {light.axis, light.sharpness})) *
+             glm::dvec3(light.amplitude);
     return sum;
   }
 

@@ -19,6 +19,8 @@ struct PeakOptions {
   std::size_t most = 32;
   /// Gaussians of one peak at most, 1 to 3: long ones get more.
   int per_peak = 3;
+  /// Regions of less than this share of the map's energy are no peaks. 0: all are.
+  float least_share = 0;
 };
 
 /// The light of that shape and amplitude, with SgLight::luminance filled in.
@@ -158,6 +160,13 @@ inline void append_peak(const Image& map, std::span<const BrightRun> runs, const
     if (part.weight > 0) lights.push_back(part.light());
 }
 
+/// Σ luminance of the lights from `first` on.
+inline double luminance_from(std::span<const SgLight> lights, std::size_t first) {
+  double sum = 0;
+  for (const SgLight& light : lights.subspan(first)) sum += double(light.luminance);
+  return sum;
+}
+
 /// The regions of most energy, each with its runs together.
 inline std::vector<std::vector<BrightRun>> brightest_regions(const Image& map, const BrightRegions& regions,
                                                              std::size_t most) {
@@ -206,7 +215,13 @@ Peaks find_peaks_and_texels(const Image& map, double mean_luminance, const PeakO
   for (const auto& runs : detail::brightest_regions(map, regions, options.most)) {
     const std::size_t left = options.most - peaks.lights.size();
     if (left == 0) break;
+    const std::size_t before = peaks.lights.size();
     detail::append_peak(map, runs, frame, std::min(left, std::size_t(options.per_peak)), peaks.lights);
+    if (detail::luminance_from(peaks.lights, before) <
+        double(options.least_share) * 4 * std::numbers::pi * mean_luminance) {
+      peaks.lights.resize(before);  // those that follow have less
+      break;
+    }
     peaks.runs.insert(peaks.runs.end(), runs.begin(), runs.end());
   }
   return peaks;

@@ -1,0 +1,33 @@
+// A buffer on the device that outlives a call.
+#pragma once
+
+#include "compute.hpp"
+#include "cut_buffers.hpp"
+
+namespace coppice {
+
+/// Is made anew where it is too small. Kernels can read a word after what it holds.
+class KeptBuffer {
+ public:
+  explicit KeptBuffer(const VulkanDevice& device)
+      : device_(&device), buffer_(device, compute::Memory::device, 0) {}
+
+  void make_room(std::size_t byte_count) {
+    if (buffer_.byte_count() < byte_count)
+      buffer_ = compute::Buffer(*device_, compute::Memory::device, byte_count);
+  }
+  /// The buffer begins with these items.
+  template <class T>
+  void set(std::span<const T> items) {
+    make_room(packed_size(items.size_bytes()));
+    compute::upload(*device_, std::as_bytes(items), buffer_);
+  }
+  const compute::Buffer& buffer() const { return buffer_; }
+  std::uint64_t address() const { return buffer_.address(); }
+
+ private:
+  const VulkanDevice* device_;
+  compute::Buffer buffer_;
+};
+
+}  // namespace coppice
