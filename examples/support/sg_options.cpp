@@ -91,9 +91,18 @@ void add_cone_options(CLI::App& app, SgSystemOptions& o) {
   app.add_option("--voxels", o.voxels, "voxels along the longest side of the scene; a multiple of 8")
       ->check(CLI::Range(8, 2048))
       ->capture_default_str();
-  app.add_option("--contact", o.contact, "voxels around a point that are traced exactly")
+  app.add_option("--contact", o.march.contact, "voxels around a point that are traced exactly")
       ->check(finite_number)
       ->check(CLI::Range(0.0, 64.0))
+      ->capture_default_str();
+  app.add_option("--march-rays", o.march.trace.rays,
+                 "rays that a cone is split into on its way through voxels; 8 at most on a device")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--softness", o.march.trace.softness,
+                 "of those rays, as a share of their width: more smooths the steps between them, and darkens")
+      ->check(finite_number)
+      ->check(CLI::Range(0.05, 2.0))
       ->capture_default_str();
   app.add_option("--rays", o.rays, "of --visibility rays: for each cone")
       ->check(CLI::Range(1, 65536))
@@ -136,6 +145,9 @@ void check_combinations(const SgSystemOptions& o) {
   if (o.common.backend != "cpu" && o.visibility != ConeVisibility::voxels)
     throw InputError("--backend " + o.common.backend, "traces through voxels alone",
                      "use --visibility voxels, or --backend cpu");
+  if (o.common.backend != "cpu" && o.march.trace.rays > 8)
+    throw InputError("--march-rays " + std::to_string(o.march.trace.rays), "are more than 8 on a device",
+                     "use --backend cpu");
   if (o.material && o.roughness_to)
     throw InputError("--roughness-to", "changes the materials of the file", "leave out --material");
 }
@@ -166,7 +178,11 @@ nlohmann::json settings_json(const SgSystemOptions& o) {
                       {"animate", o.animate}};
   if (o.visibility == ConeVisibility::rays) j["rays"] = o.rays;
   if (o.visibility != ConeVisibility::rays) j["voxels"] = o.voxels;
-  if (o.visibility == ConeVisibility::voxels) j["contact"] = o.contact;
+  if (o.visibility == ConeVisibility::voxels) {
+    j["contact"] = o.march.contact;
+    j["march_rays"] = o.march.trace.rays;
+    j["softness"] = o.march.trace.softness;
+  }
   if (o.placement != ConePlacement::cut) {
     j["weights"] = word_of(weights_words, o.weights);
     j["lobes"] = word_of(fit_words, o.lobes);

@@ -52,7 +52,7 @@ struct SgSystemOptions {
   int levels = 3;  ///< of the HEALPix grid, whose finest has 12 · 4^levels Gaussians
   ConeVisibility visibility = ConeVisibility::voxels;
   std::uint32_t voxels = 256;
-  float contact = ConeTracerOptions{}.contact;
+  ConeTracerOptions march;  ///< through voxels
   std::uint32_t rays = 16;  ///< a cone, where rays trace them
   std::optional<MaterialOverride> material{};
   std::optional<float> roughness_to{};  ///< to which the roughness of all materials goes over the frames

@@ -68,9 +68,11 @@ void apply(const std::string& setting, const std::string& word, SgSystemOptions&
   } else if (key == "voxels") {
     o.voxels = value(2048);
   } else if (key == "contact") {
-    o.contact = float(value(64));
+    o.march.contact = float(value(64));
   } else if (key == "rays") {
     o.rays = value(65536);
+  } else if (key == "march") {
+    o.march.trace.rays = std::clamp(value(64), 1u, 64u);
   } else if (key == "cut") {
     o.sky.pieces = std::max(1u, value(65536));
   } else {
@@ -193,7 +195,7 @@ void add_options(CLI::App& app, SweepOptions& o) {
   app.add_option("--settings", o.settings,
                  "ways to relight, separated by commas: PLACEMENT:CONES:VISIBILITY, and behind it :lights "
                  "(weights), :warped (lobes), :pyramid (fit), :peaks=N, :voxels=N, :contact=N, :rays=N, "
-                 ":cut=N")
+                 ":march=N (rays through voxels), :cut=N")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--repeat", o.repeat, "repetitions; times are their medians")

@@ -36,7 +36,7 @@ class RayTracedCones : public SgTracer {
 class VoxelCones : public SgTracer {
  public:
   VoxelCones(const SgSystemOptions& options, const VoxelBox& box, const Threads& threads)
-      : threads_(threads), contact_{.contact = options.contact}, voxels_(box, options.voxels) {}
+      : threads_(threads), march_(options.march), voxels_(box, options.voxels) {}
 
   void build(const Mesh& mesh) override {
     voxels_.build(mesh, threads_);
@@ -55,7 +55,7 @@ class VoxelCones : public SgTracer {
 
   std::vector<float> trace(const EmbreeTracer& tracer, const ConeBatch& batch, json&) override {
     std::vector<float> visibility(batch.cones.size());
-    ConeTracer(voxels_.grid(), contact_).trace(tracer, batch.receivers, batch.shapes, visibility, threads_);
+    ConeTracer(voxels_.grid(), march_).trace(tracer, batch.receivers, batch.shapes, visibility, threads_);
     return visibility;
   }
 
@@ -68,7 +68,7 @@ class VoxelCones : public SgTracer {
   virtual void changed(const Mesh&) {}
 
   const Threads& threads_;
-  ConeTracerOptions contact_;
+  ConeTracerOptions march_;
   BrickBuilder voxels_;
 };
 
@@ -103,7 +103,7 @@ class MipCones : public VoxelCones {
 class DeviceCones : public VoxelCones {
  public:
   DeviceCones(const SgSystemOptions& options, const VoxelBox& box, const Threads& threads)
-      : VoxelCones(options, box, threads), shader_(device_, contact_) {}
+      : VoxelCones(options, box, threads), shader_(device_, march_) {}
 
   std::vector<float> trace(const EmbreeTracer& tracer, const ConeBatch& batch, json& stages) override {
     std::vector<float> visibility(batch.cones.size());
