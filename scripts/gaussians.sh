@@ -48,7 +48,7 @@ if [[ $parts == *frames* ]]; then
     python3 scripts/make_ball_scene.py "$ball" "$triangles"
     for peaks in 1 6 11; do
       for contact in 3 0; do
-        "$bin/sg_relighting" --scene "$ball" --env "$map" --size "${GAUSSIANS_FRAME:-640x360}" --peaks "$peaks" \
+        "$bin/sg_relighting" --scene "$ball" --env "$map" --size "${GAUSSIANS_FRAME:-640x360}" --peaks "$peaks" --peak-share 0 \
           --contact "$contact" --frames 5 --threads 1 --out "$out/ball.exr" --report "$out/ball_$contact.json" \
           2>"$out/ball.log" || { cat "$out/ball.log" >&2; exit 1; }
       done

@@ -10,6 +10,11 @@ mkdir -p docs/images
 cp build/demo/picture.png docs/images/flight_helmet.png
 cp build/demo/trade.svg docs/images/trade.svg
 cp build/demo/glossy.png docs/images/glossy_vpls.png
+for visibility in voxels rays mips; do
+  build/release/bin/sg_relighting --scene assets/flight_helmet/flight_helmet_moving.gltf --env assets/hdri/workshop.hdr \
+    --size 480x270 --visibility "$visibility" --out "build/demo/gaussians_$visibility.exr"
+done
+python3 scripts/contact_sheet.py docs/images/gaussians.png --columns 3 --of 3 build/demo/gaussians_{voxels,rays,mips}.png
 build/release/bin/cut_sizes docs/images/cut_sizes.png
 build/release/bin/highlights docs/images/highlights.png
 python3 scripts/plot_errors.py build/release/bench.md docs/images/glossy.svg

@@ -61,10 +61,10 @@ class CutPlacement : public SgPlacement {
   ProductTree product_;
 };
 
-/// All Gaussians of the light, one after the other.
+/// All Gaussians of the light that matter, one after the other.
 struct AllLights {
   const detail::LightColumns& columns;
-  vec3 mean(const SgShape& shape) const { return columns.mean(shape.axis, shape.sharpness); }
+  vec3 mean(const SgShape& shape) const { return columns.mean(shape.axis, shape.sharpness, 1e-3f); }
 };
 
 class PackedPlacement : public CutPlacement {

@@ -69,6 +69,22 @@ TEST_CASE("a lookup is the sum over all lights") {
     CHECK(lookup_error(table, lights, sharpness) < 0.01);
 }
 
+TEST_CASE("lights that are left out change the mean by less than the tolerance") {
+  Random random(5);
+  const auto lights = some_lights(random, 800, 300);
+  coppice::detail::LightColumns columns;
+  for (const SgLight& light : lights) columns.append(light);
+  columns.pad();
+  for (const float sharpness : {0.0f, 1.0f, 30.0f, 1000.0f}) {
+    std::vector<glm::dvec3> all, exact;
+    for (const vec3& axis : even_directions(200, 3)) {
+      all.push_back(glm::dvec3(columns.mean(axis, sharpness, 1e-3f)));
+      exact.push_back(direct(lights, {axis, sharpness}) * double(sg_normalisation(sharpness)));
+    }
+    CHECK(reference::relative_rms(all, exact) < 1e-3);
+  }
+}
+
 TEST_CASE("finer tables err less") {
   Random random(2);
   const auto lights = some_lights(random, 60, 100);

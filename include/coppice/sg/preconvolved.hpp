@@ -60,14 +60,18 @@ class LightColumns {
     while (size() % Lanes::width != 0) append({vec3(0, 1, 0), 1, vec3(0), 0});
   }
 
-  /// Σ amplitude ∫ G_light G / ∫ G, for the Gaussian of this axis and sharpness.
-  vec3 mean(const vec3& axis, float sharpness) const {
+  /// Σ amplitude ∫ G_light G / ∫ G, for the Gaussian of this axis and sharpness. Registers of lights whose
+  /// products with it have all fallen below a tenth of the tolerance are left out: ∫ G_light G is at most
+  /// e^-x of what it is where the axes agree, x = λλ'd²/(2 (λ + λ')), which no division tells (SgLightBound).
+  vec3 mean(const vec3& axis, float sharpness, float tolerance = 0) const {
+    const Lanes most = tolerance > 0 ? 2 * std::log(10 / tolerance) : 1e30f;
     Lanes red = 0.0f, green = 0.0f, blue = 0.0f;
     const Lanes own = sharpness, scale = sg_normalisation(sharpness);
     for (std::size_t i = 0; i < size(); i += Lanes::width) {
       const Lanes x = at(0, i) - axis.x, y = at(1, i) - axis.y, z = at(2, i) - axis.z, other = at(3, i);
       const Lanes squared = mul_add(x, x, mul_add(y, y, z * z));
       const Lanes both = own + other, product = own * other * squared;
+      if (all(product > most * both)) continue;
       const Lanes length = sqrt(max(both * both - product, Lanes(0.0f)));
       const Lanes value = exp(-(product / max(length + both, Lanes(1e-30f)))) * sg_integral(length) * scale;
       red = mul_add(value, at(4, i), red);
