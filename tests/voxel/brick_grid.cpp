@@ -66,6 +66,20 @@ TEST_CASE("bricks are filled where triangles meet them, and a plane costs what i
   CHECK(g.bytes() < g.dense_bytes() / 5);
 }
 
+TEST_CASE("outside of the box nothing is taken to be farther than it is") {
+  Mesh mesh;
+  support::add_ball(mesh, {0.3f, -0.2f, 0.1f}, 0.5f, 16);
+  const BrickGrid g = support::grid_of(mesh, support::unit_box(), 64);
+  Random random(8);
+  for (int i = 0; i < 500; ++i) {
+    const vec3 world = (2 + 20 * random.uniform()) * random.direction();
+    const float exact = reference::nearest_surface(mesh, world) / g.grid.voxel;
+    const float found = nearest_surface(g, g.place(world));
+    CHECK(found < exact + 1.5f);
+    CHECK(found > 0.5f * exact);
+  }
+}
+
 TEST_CASE("any executor fills the same bytes") {
   Random random(3);
   const Mesh mesh = support::triangle_soup(random, 500);

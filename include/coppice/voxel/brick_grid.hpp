@@ -3,6 +3,7 @@
 
 #include <coppice/shared/voxel.h>
 
+#include <cmath>
 #include <coppice/core/config.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -99,11 +100,13 @@ inline float distance_inside(const BrickGrid& g, const vec3& place) {
 
 }  // namespace brick_grid
 
-/// Distance in voxels from a place to the nearest surface, to the grid's precision; outside of the grid's box
-/// that to the box is added. At most 1,024 inside. Finite for finite places.
+/// Distance in voxels from a place to the nearest surface, to the grid's precision. Outside of the grid's box
+/// it is at least so far: the box is convex, so that the way to its nearest point and the way on from there
+/// are at no sharp angle, and their squares add. At most 1,024 inside. Finite for finite places.
 inline float nearest_surface(const BrickGrid& g, const vec3& place) {
   const vec3 inside = glm::clamp(place, vec3(0), g.size());
-  return brick_grid::distance_inside(g, inside) + length(place - inside);
+  const float distance = brick_grid::distance_inside(g, inside);
+  return std::sqrt(distance * distance + dot(place - inside, place - inside));
 }
 
 /// True where the brick that a place lies in is filled, so that distances are exact to a voxel's fraction;

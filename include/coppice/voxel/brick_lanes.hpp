@@ -22,7 +22,8 @@ class BrickLanes {
   Lanes operator()(Lanes x, Lanes y, Lanes z) const {
     const Lanes ix = clamp(x, size_.x), iy = clamp(y, size_.y), iz = clamp(z, size_.z);
     const Lanes ax = x - ix, ay = y - iy, az = z - iz;
-    return inside(ix, iy, iz) + sqrt(mul_add(ax, ax, mul_add(ay, ay, az * az)));
+    const Lanes d = inside(ix, iy, iz);
+    return sqrt(mul_add(d, d, mul_add(ax, ax, mul_add(ay, ay, az * az))));
   }
 
  private:

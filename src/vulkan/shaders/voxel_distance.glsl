@@ -50,5 +50,7 @@ float distance_inside(VoxelGrid grid, vec3 place) {
 
 float nearest_surface(VoxelGrid grid, vec3 place) {
   vec3 inside = clamp(place, vec3(0.0), vec3(grid.bricks * VOXEL_BRICK));
-  return distance_inside(grid, inside) + length(place - inside);
+  float d = distance_inside(grid, inside);
+  vec3 apart = place - inside;
+  return sqrt(d * d + dot(apart, apart));
 }
