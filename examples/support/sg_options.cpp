@@ -115,6 +115,7 @@ SkyOptions sky_of(const SgSystemOptions& o) {
   SkyOptions sky = o.sky;
   if (o.placement != ConePlacement::cut) sky.peaks.least_share = 0;
   if (o.peak_share) sky.peaks.least_share = *o.peak_share;
+  sky.seed = o.common.seed;
   return sky;
 }
 

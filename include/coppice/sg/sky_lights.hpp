@@ -15,6 +15,7 @@ namespace coppice {
 struct SkyOptions {
   std::uint32_t lights = 32768;  ///< leaves of the tree: cells of the sphere
   std::size_t pieces = 256;      ///< of the illumination cut
+  std::uint64_t seed = 0;        ///< turns the lattice of cells at random; 0 leaves it
   /// What stays in the cells is found by cuts as well: only lamps that rule the map are worth a cone at each
   /// point, and they are narrow.
   PeakOptions peaks{.threshold = 30, .least_share = 0.02f};
@@ -70,7 +71,7 @@ class MapFrame {
 class SkyLights {
  public:
   explicit SkyLights(const SkyOptions& options)
-      : options_(options), lattice_(even_directions(options.lights)) {
+      : options_(options), lattice_(even_directions(options.lights, options.seed)) {
     std::vector<LightSample> samples(lattice_.size());
     for (std::size_t i = 0; i < samples.size(); ++i) samples[i].position = lattice_[i];
     tree_ = build_tree(GeometricMetric(samples));
