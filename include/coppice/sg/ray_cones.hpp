@@ -28,7 +28,7 @@ inline vec3 sg_sample(const SgShape& shape, const vec3& x, const vec3& y, float 
 template <Occluder O>
 class RayCones {
  public:
-  /// Precondition: rays > 0. Error: that of stratified sampling, some 0.3/√rays where half a cone is hidden.
+  /// Precondition: rays > 0. Error: that of stratified sampling, some 0.33/√rays where half a cone is hidden.
   explicit RayCones(const O& occluder, std::uint32_t rays = 16, std::uint64_t seed = 0)
       : occluder_(occluder), rays_(rays), seed_(seed) {
     COPPICE_ASSERT(rays > 0);
