@@ -9,6 +9,7 @@ packages=(
   libembree-dev libtbb-dev
   libopenexr-dev libstb-dev
   libtinygltf-dev nlohmann-json3-dev
+  libeigen3-dev
   libhdf5-dev libdeflate-dev python3-h5py
   libvulkan-dev glslc mesa-vulkan-drivers vulkan-validationlayers libspirv-cross-c-shared-dev
   libnanoflann-dev libcli11-dev
@@ -71,7 +72,7 @@ build() {
 }
 
 demo() {
-  build release cut_relighting glossy_vpls sg_relighting trade first_light
+  build release cut_relighting glossy_vpls pca_transfer sg_relighting trade first_light
   scripts/demo.sh "$@"
 }
 

@@ -47,6 +47,10 @@ endif()
 if("gltf" IN_LIST coppice_components)
   coppice_find_dependency(TinyGLTF)
 endif()
+if("pca" IN_LIST coppice_components AND NOT CMAKE_FIND_PACKAGE_NAME STREQUAL "coppice")
+  # Headers that only our own sources include.
+  coppice_find_dependency(Eigen3 3.4)
+endif()
 if("store" IN_LIST coppice_components)
   # CMake's module for HDF5 wants a project with C.
   coppice_find_library(hdf5 hdf5.h hdf5/serial libhdf5-dev)

@@ -19,6 +19,9 @@
 
 #include <coppice/kernels/kernels.hpp>
 #endif
+#ifdef WITH_PCA
+#include <coppice/pca/basis.hpp>
+#endif
 #ifdef WITH_STORE
 #include <coppice/store/store.hpp>
 #endif
@@ -90,6 +93,14 @@ void use_kernels() {
 }
 #endif
 
+#ifdef WITH_PCA
+void use_pca() {
+  coppice::Rows rows(3, 2);
+  rows.values = {1, 2, 2, 4, 3, 6};
+  require(coppice::pca(rows).rank() == 1, "rows on a line have one principal component");
+}
+#endif
+
 #ifdef WITH_STORE
 void use_store() {
   coppice::StoredVisibility<std::uint8_t> visibility;
@@ -122,6 +133,9 @@ int main() {
 #endif
 #ifdef WITH_KERNELS
   use_kernels();
+#endif
+#ifdef WITH_PCA
+  use_pca();
 #endif
 #ifdef WITH_STORE
   use_store();
