@@ -48,7 +48,8 @@ struct LitBox {
       const float x = random.uniform(), y = random.uniform(), z = random.uniform();
       positions.emplace_back(-0.9f + 2.8f * x, -0.9f + 1.8f * y, -0.9f + 1.8f * z);
     }
-    return example_lights(samples.samples, positions, tracer, Serial(), softening_distance(samples.samples));
+    return example_lights(samples.samples, positions, tracer, Serial(),
+                          0.5f * softening_distance(samples.samples));
   }
 };
 

@@ -56,7 +56,7 @@ TEST_CASE("Direct light at samples is the sum over lights, one shadow ray each, 
   }));
 }
 
-TEST_CASE("Softening dims near lights to the softening distance and leaves far ones alone") {
+TEST_CASE("Softening dims near lights smoothly and leaves far ones alone") {
   std::vector<SurfaceSample> samples(2);
   samples[0] = {.position = vec3(0), .area = 1, .normal = vec3(0, 1, 0), .side = {}};
   samples[1] = {.position = vec3(0, -3, 0), .area = 1, .normal = vec3(0, 1, 0), .side = {}};
@@ -64,10 +64,15 @@ TEST_CASE("Softening dims near lights to the softening distance and leaves far o
   std::vector<vec3> sharp(2), soft(2);
   const support::TriangleTracer nothing{Mesh()};
   light_directly(samples, lights, nothing, Serial(), 0, sharp);
-  light_directly(samples, lights, nothing, Serial(), 2, soft);
+  light_directly(samples, lights, nothing, Serial(), 0.5f, soft);
   CHECK(sharp[0].x == doctest::Approx(4).epsilon(1e-4));
-  CHECK(soft[0].x == doctest::Approx(0.25f).epsilon(1e-4));
-  CHECK(soft[1].x == sharp[1].x);
+  CHECK(soft[0].x == doctest::Approx(4 / std::sqrt(2.0)).epsilon(1e-4));
+  CHECK(soft[1].x == doctest::Approx(sharp[1].x).epsilon(3e-4));
+  CHECK(soft[1].x < sharp[1].x);
+  light_directly(samples, lights, nothing, Serial(), 1e-20f, soft);  // squares that vanish in float
+  CHECK(soft[0].x == sharp[0].x);
+  light_directly(samples, lights, nothing, Serial(), 1e10f, soft);
+  CHECK(soft[0].x < 1e-19f);
 }
 
 TEST_CASE("A ball of light shines like the point at its centre, and its shadows are soft") {
@@ -86,8 +91,8 @@ TEST_CASE("A ball of light shines like the point at its centre, and its shadows 
   CHECK(partly > 10);
 }
 
-TEST_CASE("The softening distance is two sample spacings") {
+TEST_CASE("The softening distance is four sample spacings") {
   const auto samples = ground_samples(100);
-  CHECK(softening_distance(samples) == doctest::Approx(0.4f));
+  CHECK(softening_distance(samples) == doctest::Approx(0.8f));
   CHECK(softening_distance({}) == 0);
 }

@@ -78,7 +78,7 @@ class PathTracer {
   /// By light, W/m²; all lights share the paths.
   std::vector<vec3> indirect(const SurfaceSample& at, std::span<const LocalLight> lights) const {
     Random random(Random(options_.seed).bits());
-    const detail::CosineDirections directions(options_.paths, at.normal, random);
+    const coppice::detail::CosineDirections directions(options_.paths, at.normal, random);
     std::vector<glm::dvec3> sums(lights.size(), glm::dvec3(0));
     for (std::uint32_t k = 0; k < options_.paths; ++k)
       follow(ray_origin(at), directions[k], lights, random, sums);
@@ -94,13 +94,13 @@ class PathTracer {
     SurfaceSample met{.side = {hit->triangle, hit->front}, .u = hit->u, .v = hit->v};
     met.position = position_at(scene_.mesh, *hit);
     met.normal =
-        vec3(normalize(detail::area_normal(scene_.mesh, hit->triangle))) * (hit->front ? 1.0f : -1.0f);
+        vec3(normalize(coppice::detail::area_normal(scene_.mesh, hit->triangle))) * (hit->front ? 1.0f : -1.0f);
     met.colour = diffuse_albedo(scene_, met, options_.shading);
     return met;
   }
 
   static vec3 cosine_direction(const vec3& normal, Random& random) {
-    return detail::CosineDirections(1, normal, random)[0];
+    return coppice::detail::CosineDirections(1, normal, random)[0];
   }
 
   void follow(vec3 origin, vec3 direction, std::span<const LocalLight> lights, Random& random,

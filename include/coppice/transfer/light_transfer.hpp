@@ -5,7 +5,7 @@
 //
 #include <coppice/core/math.hpp>
 #include <coppice/core/parallel.hpp>
-#include <coppice/pca/quantised_rows.hpp>
+#include <coppice/pca/square_law_rows.hpp>
 #include <coppice/transfer/clustered_samples.hpp>
 #include <span>
 #include <vector>
@@ -54,7 +54,7 @@ struct LightTransfer {
   ClusterFields<Value> projection;  ///< a field a coefficient
   ClusterFields<Value> patterns;    ///< of indirect irradiance
   /// A channel: a row a pattern, a column a coefficient; where the basis is centred, a last column for S·μ.
-  QuantisedRows<Value> mix[3];
+  SquareLawRows<Value> mix[3];
   std::vector<float> offsets;  ///< a coefficient: that of the examples' mean μ; empty: not centred
   std::vector<std::uint32_t> sample_ends;  ///< a cluster, as ClusteredSamples::ends
 

@@ -226,7 +226,7 @@ LightTransfer<Value> compress_transfer(const ClusteredSamples& samples, const Li
       detail::mix_rows(matrix, samples.begin(c), patterns[c], transfer.patterns.begin(c), rows);
   });
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    transfer.mix[channel] = quantise<Value>(rows[channel]);
+    transfer.mix[channel] = quantise_by_squares<Value>(rows[channel]);
     transfer.mix[channel].width = width;
   }
   if (basis.centred())
