@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows what a store of visibility holds, and how to read the cut of a receiver from it. Needs h5py."""
+"""Shows what a store holds: visibility, and how to read the cut of a receiver from it, or a prepared room. Needs h5py."""
 import argparse
 import sys
 import zlib
@@ -12,14 +12,16 @@ except ImportError:
 
 
 def check_envelope(path):
-    """The first 512 bytes: magic, version, CRC-32 of all bytes but its own four, bytes behind the envelope."""
+    """The first 512 bytes: magic, version, CRC-32 of all bytes but its own four, bytes behind the envelope, kind.
+    Gives the kind: 0 for visibility, 1 for a room."""
     with open(path, "rb") as file:
         data = file.read()
     if data[:16] != b"\x89COPPICE STORE\r\n":
-        sys.exit(f"{path}: is no store of visibility")
+        sys.exit(f"{path}: is no store")
     version, checksum, payload = (int.from_bytes(data[a:b], "little") for a, b in ((16, 20), (20, 24), (24, 32)))
     is_whole = payload == len(data) - 512 and checksum == zlib.crc32(data[24:], zlib.crc32(data[:20]))
     print(f"format version {version}, {len(data)} bytes, checksum {'matches' if is_whole else 'DOES NOT MATCH'}")
+    return int.from_bytes(data[32:36], "little")
 
 
 def settings(file):
@@ -39,9 +41,9 @@ def cut(file, receiver):
     return list(zip([0, *ends[:-1]], ends, values))
 
 
-def print_datasets(file):
-    receivers = max(1, int(file.attrs["receiver_count"]))
-    print(f"\n{'dataset':24}{'shape':>16}  {'type':8}{'stored':>9}{'decoded':>9}  bytes a receiver")
+def print_datasets(file, what):
+    receivers = max(1, int(file.attrs[f"{what}_count"]))
+    print(f"\n{'dataset':24}{'shape':>16}  {'type':8}{'stored':>9}{'decoded':>9}  bytes a {what}")
     total = numpy.zeros(2)
 
     def print_dataset(name, item):
@@ -60,14 +62,14 @@ def main():
     parser.add_argument("store")
     parser.add_argument("--receiver", type=int, default=0, help="whose cut is shown (0)")
     arguments = parser.parse_args()
-    check_envelope(arguments.store)
+    is_room = check_envelope(arguments.store) == 1
     with h5py.File(arguments.store, "r") as file:
         for key, value in sorted(file.attrs.items()):
             print(f"{key}: {value}")
         for key, value in settings(file).items():
             print(f"{key} = {value}")
-        print_datasets(file)
-        if arguments.receiver < file.attrs["receiver_count"]:
+        print_datasets(file, "sample" if is_room else "receiver")
+        if not is_room and arguments.receiver < file.attrs["receiver_count"]:
             print(f"\nvisibility from receiver {arguments.receiver}")
             for begin, end, value in cut(file, arguments.receiver):
                 print(f"leaves {begin} to {end}: {value:.4f}")

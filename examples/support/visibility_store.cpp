@@ -1,21 +1,13 @@
-#include <coppice/store/fingerprint.hpp>
-#include <cstdio>
 #include <support/report.hpp>
 #include <support/visibility_store.hpp>
 
 namespace coppice::program {
 namespace {
 
-template <class T>
-std::span<const T> all(const std::vector<T>& values) {
-  return values;
-}
-
 /// What decides which rays are blocked, and how points are shaded between receivers.
 std::string fingerprint_of(const Scene& scene) {
   Fingerprint f;
-  f.add_values(all(scene.mesh.positions)).add_values(all(scene.mesh.normals)).add_values(all(scene.mesh.uvs));
-  f.add_values(all(scene.mesh.triangles)).add_values(all(scene.mesh.materials));
+  add_mesh(f, scene.mesh);
   for (const Material& m : scene.materials) {
     const float holes[] = {m.alpha, m.alpha_mask ? m.alpha_cutoff : -1, m.double_sided ? 1.0f : 0.0f,
                            m.normal_texture >= 0 ? 1.0f : 0.0f};
@@ -82,27 +74,12 @@ Settings VisibilityStore::settings(const std::string& lights) const {
   return all;
 }
 
-void VisibilityStore::say(const std::string& text) {
-  note_ += (note_.empty() ? "" : "; ") + text;
-  std::fprintf(stderr, "%s\n", text.c_str());
-}
-
 template <Quantised Value>
 std::optional<StoredVisibility<Value>> VisibilityStore::read(const std::string& part,
                                                              const std::string& lights) {
-  if (path_.empty()) return std::nullopt;
-  const std::string name = path(part).string();
-  if (std::error_code ignored; !std::filesystem::exists(name, ignored)) {
-    say("store " + name + " is new");
-    return std::nullopt;
-  }
-  const std::string difference = first_difference(read_settings(name), settings(lights));
-  if (!difference.empty()) {
-    say("store " + name + " " + difference + ": computed anew");
-    return std::nullopt;
-  }
-  auto visibility = read_store<Value>(name);
-  say("store " + name + " is reused");
+  if (path_.empty() || !note_.fits(path(part), settings(lights), read_settings)) return std::nullopt;
+  auto visibility = read_store<Value>(path(part));
+  note_.tell_reused(path(part));
   return visibility;
 }
 

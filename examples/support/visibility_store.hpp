@@ -5,6 +5,7 @@
 #include <coppice/store/store.hpp>
 #include <optional>
 #include <string>
+#include <support/store_note.hpp>
 #include <support/system.hpp>
 
 namespace coppice::program {
@@ -25,16 +26,15 @@ class VisibilityStore {
   void write(const std::string& part, const std::string& lights, StoredVisibility<Value> visibility);
 
   /// For the report: what was done with the store and why; empty without one.
-  const std::string& note() const { return note_; }
+  const std::string& note() const { return note_.text(); }
 
  private:
   std::filesystem::path path(const std::string& part) const;
   Settings settings(const std::string& lights) const;
-  void say(const std::string& text);
 
   std::filesystem::path path_;
   Settings settings_;
-  std::string note_;
+  StoreNote note_;
 };
 
 /// Of places and directions of lights, whatever their intensities.

@@ -13,16 +13,29 @@ namespace coppice::store {
 
 using Bytes = std::vector<std::byte>;
 
-enum class Element { u8, u16, u32, f32 };
+enum class Element { u8, u16, u32, f32, i8, i16 };
 
 inline std::size_t size_of(Element element) {
-  return element == Element::u8 ? 1 : element == Element::u16 ? 2 : 4;
+  switch (element) {
+    case Element::u8:
+    case Element::i8:
+      return 1;
+    case Element::u16:
+    case Element::i16:
+      return 2;
+    case Element::u32:
+    case Element::f32:
+      break;
+  }
+  return 4;
 }
 
 template <class T>
 inline constexpr Element element_of = std::is_same_v<T, std::uint8_t>    ? Element::u8
                                       : std::is_same_v<T, std::uint16_t> ? Element::u16
                                       : std::is_same_v<T, std::uint32_t> ? Element::u32
+                                      : std::is_same_v<T, std::int8_t>   ? Element::i8
+                                      : std::is_same_v<T, std::int16_t>  ? Element::i16
                                                                          : Element::f32;
 
 struct Count {

@@ -1,46 +1,11 @@
 #include <algorithm>
-#include <cmath>
 
 #include "encode.hpp"
+#include "items.hpp"
 #include "mesh_arrays.hpp"
-#include "refusal.hpp"
 
 namespace coppice::store {
 namespace {
-
-/// A count that must fit into 32 bits, as all indices do.
-std::uint32_t small_count(const Hdf5Reader& reader, const char* name) {
-  const std::uint64_t count = reader.count(name);
-  if (count >= no_light)
-    throw Refusal("attribute " + std::string(name) + " is " + std::to_string(count) + ": too many");
-  return std::uint32_t(count);
-}
-
-void require(bool condition, const std::string& problem) {
-  if (!condition) throw Refusal(problem);
-}
-
-void require_finite(const char* name, std::span<const float> values) {
-  require(std::ranges::all_of(values, [](float v) { return std::isfinite(v); }),
-          "dataset " + std::string(name) + " has values that are not finite");
-}
-
-template <class T>
-std::vector<T> list(Hdf5Reader& reader, const char* name, std::uint64_t rows) {
-  auto values = reader.array<T>(name, {rows});
-  if constexpr (std::is_same_v<T, float>) require_finite(name, values);
-  return values;
-}
-
-/// Rows as vectors.
-template <glm::length_t n, class T>
-std::vector<glm::vec<n, T>> rows(Hdf5Reader& reader, const char* name, std::uint64_t count) {
-  const auto values = reader.array<T>(name, {count, n});
-  if constexpr (std::is_same_v<T, float>) require_finite(name, values);
-  std::vector<glm::vec<n, T>> vectors(count);
-  if (count > 0) std::memcpy(&vectors[0].x, values.data(), values.size() * sizeof(T));
-  return vectors;
-}
 
 ReceiverMesh read_mesh(Hdf5Reader& reader) {
   const std::uint32_t corners = small_count(reader, "stored_corner_count"),

@@ -1,58 +1,10 @@
 #include "encode.hpp"
 
-#include <algorithm>
-#include <cmath>
-
+#include "items.hpp"
 #include "mesh_arrays.hpp"
-#include "refusal.hpp"
 
 namespace coppice::store {
 namespace {
-
-constexpr std::size_t block_of_elements = 16384;  // of arrays that are no receivers'
-
-template <class T, class Range, class Member>
-std::vector<T> gather(const Range& range, Member&& member) {
-  std::vector<T> values;
-  values.reserve(range.size());
-  for (const auto& element : range) values.push_back(member(element));
-  return values;
-}
-
-class Encoder {
- public:
-  void count(const char* name, std::uint64_t value) { contents.counts.push_back({name, value}); }
-
-  template <class T>
-  Array& list(const char* name, const std::vector<T>& values, std::size_t block_rows = block_of_elements) {
-    contents.arrays.push_back(array_of(name, {values.size()}, block_rows, std::span<const T>(values)));
-    return contents.arrays.back();
-  }
-
-  /// Vectors as rows.
-  template <glm::length_t n, class T>
-  void rows(const char* name, const std::vector<glm::vec<n, T>>& values,
-            std::size_t block_rows = block_of_elements) {
-    const T* first = values.empty() ? nullptr : &values[0].x;
-    contents.arrays.push_back(
-        array_of(name, {values.size(), n}, block_rows, std::span<const T>(first, n * values.size())));
-  }
-
-  Contents contents;
-};
-
-void add_settings(Encoder& e, const Settings& settings) {
-  std::vector<std::uint8_t> text;
-  const auto add = [&](const std::string& part) {
-    if (part.find('\0') != std::string::npos)
-      throw Refusal("cannot hold a setting with a NUL in it", "leave it out of keys and values");
-    text.insert(text.end(), part.begin(), part.end());
-    text.push_back(0);
-  };
-  for (const Setting& setting : settings) add(setting.key), add(setting.value);
-  e.count("setting_bytes", text.size());
-  e.list("settings", text);
-}
 
 void add_mesh(Encoder& e, const ReceiverMesh& mesh) {
   const MeshArrays arrays = arrays_of(mesh);
@@ -118,14 +70,6 @@ void require_invariants(const StoredVisibility<Value>& v) {
   for (std::size_t i = 0; i < v.receivers.size(); ++i)
     require(agree(v.cuts.horizons()[i], horizon_of(v.receivers[i], v.weight)),
             "a cut has not the horizon of its receiver under this weight");
-}
-
-void require_finite(const Array& array) {
-  if (array.element != Element::f32) return;
-  std::vector<float> values(array.data.size() / sizeof(float));
-  if (!values.empty()) std::memcpy(values.data(), array.data.data(), array.data.size());
-  if (!std::ranges::all_of(values, [](float v) { return std::isfinite(v); }))
-    throw Refusal("cannot be written: " + array.name + " has values that are not finite", "leave them out");
 }
 
 }  // namespace

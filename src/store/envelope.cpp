@@ -18,8 +18,10 @@ struct Header {
   std::uint32_t version;
   std::uint32_t checksum;       ///< CRC-32 of all bytes of the file but these four
   std::uint64_t payload_bytes;  ///< behind the envelope
+  std::uint32_t kind;
+  std::uint32_t unused;
 };
-static_assert(sizeof(Header) == 32 && offsetof(Header, checksum) == 20);
+static_assert(sizeof(Header) == 40 && offsetof(Header, checksum) == 20 && offsetof(Header, kind) == 32);
 
 constexpr std::array<char, 16> magic{'\x89', 'C', 'O', 'P', 'P', 'I', 'C',  'E',
                                      ' ',    'S', 'T', 'O', 'R', 'E', '\r', '\n'};
@@ -30,6 +32,16 @@ std::uint32_t checksum_of(std::span<const std::byte> file) {
   return libdeflate_crc32(head, file.data() + end, file.size() - end);
 }
 
+const char* name_of(Kind kind) { return kind == Kind::visibility ? "visibility" : "a room"; }
+
+void require_kind(std::uint32_t found, Kind kind) {
+  if (found == std::uint32_t(kind)) return;
+  const char* held = found == std::uint32_t(Kind::visibility) ? name_of(Kind::visibility)
+                     : found == std::uint32_t(Kind::room)     ? name_of(Kind::room)
+                                                              : "something of an unknown kind";
+  throw Refusal(std::string("is a store of ") + held + ", and not of " + name_of(kind), "name another file");
+}
+
 Header header_of(std::span<const std::byte> file) {
   Header header;
   std::memcpy(&header, file.data(), sizeof header);
@@ -38,20 +50,21 @@ Header header_of(std::span<const std::byte> file) {
 
 }  // namespace
 
-void seal(std::span<std::byte> file) {
+void seal(std::span<std::byte> file, Kind kind) {
   COPPICE_ASSERT(file.size() >= envelope_size);
-  Header header{magic, format_version, 0, file.size() - envelope_size};
+  Header header{magic, format_version, 0, file.size() - envelope_size, std::uint32_t(kind), 0};
   std::memset(file.data(), 0, envelope_size);
   std::memcpy(file.data(), &header, sizeof header);
   header.checksum = checksum_of(file);
   std::memcpy(file.data(), &header, sizeof header);
 }
 
-std::span<const std::byte> unseal(std::span<const std::byte> file) {
+std::span<const std::byte> unseal(std::span<const std::byte> file, Kind kind) {
   if (file.size() < magic.size() || std::memcmp(file.data(), magic.data(), magic.size()) != 0)
-    throw Refusal("is no store of visibility", "name a file that was written as one");
+    throw Refusal(std::string("is no store of ") + name_of(kind), "name a file that was written as one");
   if (file.size() < envelope_size) throw Refusal("is truncated: it ends in its header");
   const Header header = header_of(file);
+  require_kind(header.kind, kind);
   if (header.version != format_version)
     throw Refusal("has format version " + std::to_string(header.version) +
                   ", and this program reads version " + std::to_string(format_version));

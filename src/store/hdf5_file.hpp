@@ -7,12 +7,13 @@
 #include <string>
 
 #include "contents.hpp"
+#include "envelope.hpp"
 
 namespace coppice::store {
 
 /// A whole store: a sealed envelope, and behind it an HDF5 file with each count as an attribute of the root
 /// and each array as a dataset. Throws Refusal where HDF5 fails.
-Bytes to_file(const Contents& contents);
+Bytes to_file(const Contents& contents, Kind kind = Kind::visibility);
 
 /// Reads single items of the HDF5 file behind an envelope that was found to be whole. Every item is checked
 /// against what is asked for; throws Refusal naming it. An array is allocated only where the compressed bytes

@@ -63,6 +63,10 @@ inline hid_t file_type(Element element) {
       return H5T_STD_U16LE;
     case Element::u32:
       return H5T_STD_U32LE;
+    case Element::i8:
+      return H5T_STD_I8LE;
+    case Element::i16:
+      return H5T_STD_I16LE;
     case Element::f32:
       break;
   }

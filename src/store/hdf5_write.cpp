@@ -2,7 +2,6 @@
 #include <coppice/core/config.hpp>
 
 #include "blocks.hpp"
-#include "envelope.hpp"
 #include "hdf5_file.hpp"
 #include "hdf5_handle.hpp"
 #include "refusal.hpp"
@@ -93,7 +92,7 @@ void write_array(hid_t file, const Array& array, BlockWriter& writer) {
 
 }  // namespace
 
-Bytes to_file(const Contents& contents) {
+Bytes to_file(const Contents& contents, Kind kind) {
   const Hdf5Session session;
   const Handle file = new_file();
   for (const Count& count : contents.counts) write_count(file, count);
@@ -103,7 +102,7 @@ Bytes to_file(const Contents& contents) {
   const ssize_t size = require(H5Fget_file_image(file, nullptr, 0), "its size");
   Bytes bytes(envelope_size + std::size_t(size));
   require(H5Fget_file_image(file, bytes.data() + envelope_size, std::size_t(size)), "its bytes");
-  seal(bytes);
+  seal(bytes, kind);
   return bytes;
 }
 

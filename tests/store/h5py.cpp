@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "files.hpp"
+#include "rooms.hpp"
 #include "visibilities.hpp"
 
 using namespace store_test;
@@ -54,4 +55,19 @@ TEST_CASE("h5py reads a store: the script prints the cut of a receiver") {
   };
   check(small_visibility());
   check(random_visibility<std::uint16_t>(8, 64, refined_mesh(20), 0));
+}
+
+TEST_CASE("h5py reads a room: the script prints its settings and bytes") {
+  const std::string interpreter = python();
+  if (interpreter.empty()) {
+    std::puts("SKIPPED: no h5py here (Debian: python3-h5py)");
+    return;
+  }
+  const Folder folder;
+  write_room(folder / "a.h5", small_room());
+  const std::string output =
+      output_of(interpreter + " " COPPICE_SOURCE_DIR "/scripts/read_store.py " + (folder / "a.h5").string());
+  for (const char* text : {"checksum matches", "sample_count: 14", "scene = 0123abcd", "bytes a sample",
+                           "visibility/coefficient", "int8"})
+    CHECK(contains(output, text));
 }
