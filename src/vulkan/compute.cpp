@@ -140,13 +140,28 @@ struct Commands::State {
         buffer(std::move(vk::raii::CommandBuffers(
             gpu.device,
             vk::CommandBufferAllocateInfo{.commandPool = *gpu.pool, .commandBufferCount = 1})[0])),
-        clock(gpu.device, vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = 2}) {
+        clock(gpu.device,
+              vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = most_readings}) {
     buffer.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-    buffer.resetQueryPool(*clock, 0, 2);
+    buffer.resetQueryPool(*clock, 0, most_readings);
   }
 
   std::uint32_t clock_bits() const {
     return gpu.physical.getQueueFamilyProperties()[gpu.queue_family].timestampValidBits;
+  }
+
+  /// All readings. Precondition: there is a clock, and at least one of them.
+  std::vector<std::uint64_t> ticks() const {
+    constexpr std::size_t stride = sizeof(std::uint64_t);
+    const auto [result, values] =
+        clock.getResults<std::uint64_t>(0, readings, readings * stride, stride,
+                                        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+    return values;
+  }
+
+  double milliseconds(std::uint64_t from, std::uint64_t to) const {
+    const std::uint64_t elapsed = (to - from) & (~std::uint64_t(0) >> (64 - clock_bits()));
+    return double(elapsed) * gpu.physical.getProperties().limits.timestampPeriod * 1e-6;
   }
 };
 
@@ -187,7 +202,7 @@ void Commands::dispatch(const Kernel& kernel, std::uint32_t group_count,
 }
 
 void Commands::read_clock() {
-  COPPICE_ASSERT(state_->readings < 2);
+  COPPICE_ASSERT(state_->readings < most_readings);
   const std::uint32_t reading = state_->readings++;
   if (state_->clock_bits() == 0) return;
   state_->buffer.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *state_->clock, reading);
@@ -206,13 +221,17 @@ void Commands::submit() {
 }
 
 std::optional<double> Commands::milliseconds() const {
-  const std::uint32_t bits = state_->clock_bits();
-  if (bits == 0 || state_->readings < 2) return std::nullopt;
-  constexpr std::size_t stride = sizeof(std::uint64_t);
-  const auto [result, ticks] = state_->clock.getResults<std::uint64_t>(
-      0, 2, 2 * stride, stride, vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
-  const std::uint64_t elapsed = (ticks[1] - ticks[0]) & (~std::uint64_t(0) >> (64 - bits));
-  return double(elapsed) * state_->gpu.physical.getProperties().limits.timestampPeriod * 1e-6;
+  if (state_->clock_bits() == 0 || state_->readings < 2) return std::nullopt;
+  const auto ticks = state_->ticks();
+  return state_->milliseconds(ticks.front(), ticks.back());
+}
+
+std::vector<double> Commands::laps() const {
+  std::vector<double> laps;
+  if (state_->clock_bits() == 0 || state_->readings < 2) return laps;
+  const auto ticks = state_->ticks();
+  for (std::size_t i = 1; i < ticks.size(); ++i) laps.push_back(state_->milliseconds(ticks[i - 1], ticks[i]));
+  return laps;
 }
 
 std::uint32_t max_group_count(const VulkanDevice& device) {

@@ -68,12 +68,17 @@ class Commands {
   void fill_with_zeros(const Buffer& buffer);
   void barrier();
   void dispatch(const Kernel& kernel, std::uint32_t group_count, std::span<const std::byte> parameters);
-  /// The clock is read at the first call and the second call, once what was recorded before has ended.
+  /// The clock is read at each call, once what was recorded before has ended: most_readings times at most.
   void read_clock();
   /// Waits for the end of all commands.
   void submit();
-  /// Milliseconds between the two readings, where the queue has a clock. Precondition: submitted.
+  /// Milliseconds between the first reading and the last one, where the queue has a clock. Precondition:
+  /// submitted.
   std::optional<double> milliseconds() const;
+  /// Milliseconds from each reading to the next; empty where the queue has no clock. Precondition: submitted.
+  std::vector<double> laps() const;
+
+  static constexpr std::uint32_t most_readings = 8;
 
  private:
   struct State;

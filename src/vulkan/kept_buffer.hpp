@@ -1,4 +1,4 @@
-// A buffer on the device that outlives a call.
+// A buffer that outlives a call.
 #pragma once
 
 #include "compute.hpp"
@@ -9,14 +9,13 @@ namespace coppice {
 /// Is made anew where it is too small. Kernels can read a word after what it holds.
 class KeptBuffer {
  public:
-  explicit KeptBuffer(const VulkanDevice& device)
-      : device_(&device), buffer_(device, compute::Memory::device, 0) {}
+  explicit KeptBuffer(const VulkanDevice& device, compute::Memory memory = compute::Memory::device)
+      : device_(&device), memory_(memory), buffer_(device, memory, 0) {}
 
   void make_room(std::size_t byte_count) {
-    if (buffer_.byte_count() < byte_count)
-      buffer_ = compute::Buffer(*device_, compute::Memory::device, byte_count);
+    if (buffer_.byte_count() < byte_count) buffer_ = compute::Buffer(*device_, memory_, byte_count);
   }
-  /// The buffer begins with these items.
+  /// The buffer begins with these items. Precondition: Memory::device.
   template <class T>
   void set(std::span<const T> items) {
     make_room(packed_size(items.size_bytes()));
@@ -27,6 +26,7 @@ class KeptBuffer {
 
  private:
   const VulkanDevice* device_;
+  compute::Memory memory_;
   compute::Buffer buffer_;
 };
 
