@@ -84,7 +84,7 @@ run_tests() {
 }
 
 bench() {
-  build release bench_coppice frames highlights knobs many_lights trade sg_relighting environment_fit
+  build release bench_coppice frames highlights knobs many_lights trade pca_transfer sg_relighting environment_fit
   scripts/bench.sh "$@"
 }
 

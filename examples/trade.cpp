@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <support/measure.hpp>
 #include <support/paper_table.hpp>
+#include <support/pca_sweep.hpp>
 #include <support/program.hpp>
 #include <support/report.hpp>
 #include <support/sg_sweep.hpp>
@@ -243,10 +244,12 @@ int main(int argc, char** argv) {
   const std::string program = argc > 1 ? argv[1] : "";
   if (program == "glossy_vpls") return sweep_vpls(argc - 1, argv + 1);
   if (program == "sg_relighting") return sweep_gaussians(argc - 1, argv + 1);
+  if (program == "pca_transfer") return sweep_pca(argc - 1, argv + 1);
   CLI::App app(
       "Measures time against error of relighting through cuts, over their knobs. `trade glossy_vpls` "
-      "measures gathering from VPLs, `trade sg_relighting` spherical Gaussians; they have a --help of their "
-      "own.",
+      "measures gathering from VPLs, `trade sg_relighting` spherical Gaussians, `trade pca_transfer` PCA "
+      "bases "
+      "of a room; they have a --help of their own.",
       "trade");
   Options options;
   add_options(app, options);

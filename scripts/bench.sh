@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures the release build and writes one report, build/release/bench.md: frames from the paper's way to the
 # library's against brute force, glossy materials, single choices, many lights by shadow rays, visibility cuts at equal
-# error, the light of VPLs, spherical Gaussians, and every kernel beside its slow twin (also in
+# error, the light of VPLs, spherical Gaussians, lights in a room, and every kernel beside its slow twin (also in
 # build/release/bench.json). Arguments go to the benchmarks of kernels, for instance --benchmark_filter=merge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -26,6 +26,8 @@ VPLS_SIZE="${VPLS_SIZE:-320x180}" scripts/vpls.sh | tee -a "$report"
 printf '\n## Spherical Gaussians\n\n' | tee -a "$report"
 "$build/bin/environment_fit" --tables fits assets/hdri/workshop.hdr | tee -a "$report"
 GAUSSIANS_SIZE="${GAUSSIANS_SIZE:-160x90}" scripts/gaussians.sh | tee -a "$report"
+printf '\n## Lights that move through a room\n\n' | tee -a "$report"
+scripts/pca.sh | tee -a "$report"
 printf '\n## Kernels\n\n```\n' | tee -a "$report"
 # Medians of interleaved repetitions: what else the machine does falls on all alike.
 "$build/bin/bench_coppice" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \

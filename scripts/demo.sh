@@ -20,6 +20,12 @@ build/release/bin/sg_relighting --scene assets/flight_helmet/flight_helmet_movin
   --size 640x360 --rotate-env 30 --animate --frames 4 --roughness-to 0.2 --out "$out/gaussians.exr" \
   --report "$out/gaussians.json"
 
+# A lamp goes from one room through a door into the next; shadows and bounces come from bases computed once.
+python3 scripts/make_room_scene.py "$out/rooms.glb"
+build/release/bin/pca_transfer --scene "$out/rooms.glb" --path assets/rooms/lamp.json --size 640x360 --frames 4 \
+  --surface-samples 12000 --clusters 16 --lattice-points 1200 --example-lights 1000 --out "$out/rooms.exr" \
+  --report "$out/rooms.json"
+
 cat <<END
 
 Images and measurements are in $out:
@@ -29,5 +35,6 @@ Images and measurements are in $out:
   trade.svg, trade.csv    time against error
   glossy.png              two glossy bounces with shadows; the .exr beside it holds direct and indirect light apart
   gaussians.000?.png      four frames in which map, materials and a knot all change, by spherical Gaussians
+  rooms.000?.png          a lamp on its way through two rooms, by PCA bases; direct and indirect light apart in the .exr
   trade.json              settings, counts, times and errors
 END

@@ -32,7 +32,7 @@ class LogAxis {
   std::vector<double> ticks_;
 };
 
-void draw_axes(std::string& svg, const LogAxis& x, const LogAxis& y) {
+void draw_axes(std::string& svg, const PlotAxes& axes, const LogAxis& x, const LogAxis& y) {
   for (const double t : x.ticks()) {
     svg +=
         formatted("<line x1='%.1f' y1='%.0f' x2='%.1f' y2='%.0f' stroke='#ddd'/>\n", x(t), top, x(t), bottom);
@@ -43,12 +43,10 @@ void draw_axes(std::string& svg, const LogAxis& x, const LogAxis& y) {
         formatted("<line x1='%.0f' y1='%.1f' x2='%.0f' y2='%.1f' stroke='#ddd'/>\n", left, y(t), right, y(t));
     svg += formatted("<text x='%.0f' y='%.1f' text-anchor='end'>%g</text>\n", left - 8, y(t) + 4, t);
   }
-  svg += formatted("<text x='%.0f' y='%.0f' text-anchor='middle'>relRMSE against all lights, %%</text>\n",
-                   (left + right) / 2, bottom + 42);
-  svg += formatted(
-      "<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>milliseconds, one "
-      "thread</text>\n",
-      (top + bottom) / 2, (top + bottom) / 2);
+  svg += formatted("<text x='%.0f' y='%.0f' text-anchor='middle'>%s</text>\n", (left + right) / 2,
+                   bottom + 42, axes.error.c_str());
+  svg += formatted("<text x='20' y='%.0f' text-anchor='middle' transform='rotate(-90 20 %.0f)'>%s</text>\n",
+                   (top + bottom) / 2, (top + bottom) / 2, axes.cost.c_str());
 }
 
 void draw_line(std::string& svg, const PlotLine& line, const char* colour, const LogAxis& x, const LogAxis& y,
@@ -66,6 +64,12 @@ void draw_line(std::string& svg, const PlotLine& line, const char* colour, const
 
 std::string plot_time_against_error(const std::string& title, const std::vector<PlotLine>& lines,
                                     const std::vector<PlotLevel>& levels) {
+  return plot_cost_against_error(title, {}, lines, levels);
+}
+
+std::string plot_cost_against_error(const std::string& title, const PlotAxes& axes,
+                                    const std::vector<PlotLine>& lines,
+                                    const std::vector<PlotLevel>& levels) {
   double x_low = 1e9, x_high = 0, y_low = 1e9, y_high = 0;
   for (const auto& line : lines)
     for (const auto& [error, ms] : line.points) {
@@ -81,7 +85,7 @@ std::string plot_time_against_error(const std::string& title, const std::vector<
       "font-size='13'>\n"
       "<rect width='900' height='480' fill='white'/>\n";
   svg += formatted("<text x='%.0f' y='28' font-size='16'>%s</text>\n", left, title.c_str());
-  draw_axes(svg, x, y);
+  draw_axes(svg, axes, x, y);
   double legend = bottom - 20 * double(lines.size() - 1);  // from below: levels are named at the top
   for (std::size_t i = 0; i < lines.size(); ++i, legend += 20)
     draw_line(svg, lines[i], colours[i % std::size(colours)], x, y, legend);

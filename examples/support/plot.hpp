@@ -1,4 +1,4 @@
-// A plot of time against error as SVG.
+// A plot of time, or of anything else, against error as SVG.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace coppice::program {
 
-/// A line through (error in percent, milliseconds), both positive.
+/// A line through (error in percent, milliseconds or what the plot is of), both positive.
 struct PlotLine {
   std::string name;
   std::vector<std::pair<double, double>> points;
@@ -22,5 +22,15 @@ struct PlotLevel {
 /// Time against relRMSE on logarithmic axes, a colour a line; an SVG document.
 std::string plot_time_against_error(const std::string& title, const std::vector<PlotLine>& lines,
                                     const std::vector<PlotLevel>& levels);
+
+/// What the axes of a plot are called.
+struct PlotAxes {
+  std::string error = "relRMSE against all lights, %";
+  std::string cost = "milliseconds, one thread";
+};
+
+/// The same of any cost against any error.
+std::string plot_cost_against_error(const std::string& title, const PlotAxes& axes,
+                                    const std::vector<PlotLine>& lines, const std::vector<PlotLevel>& levels);
 
 }  // namespace coppice::program
