@@ -36,7 +36,7 @@ struct RoomShadowOptions {
   LatticeShadow shadow = LatticeShadow::hard;
   Dome dome = Dome::hemisphere;
   std::uint32_t directions = 2016;
-  int intervals = 5;  ///< rounds of interval PCA; 0: plain PCA
+  int intervals = 15;  ///< rounds of interval PCA; 0: plain PCA
   std::uint64_t seed = 0;
 
   std::size_t rank_in_force() const { return rank > 0 ? rank : kind == RoomVisibility::depth ? 50 : 40; }
