@@ -2,20 +2,11 @@
 //
 #include <charconv>
 #include <coppice/core/error.hpp>
+#include <support/text.hpp>
 #include <vector>
 
 namespace coppice::program {
 namespace {
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text)
-    if (c == ':')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  return parts;
-}
 
 /// One part of a setting: WORD or KEY=VALUE.
 struct Part {
@@ -106,7 +97,7 @@ VisibilitySetting parse_visibility(const std::string& text, const RoomShadowOpti
     return {"--visibility", "'" + text + "' is no way to know shadows",
             "write KIND:RANK and what follows it, as in lattice:20:points=8000, depth:50:plain or rays"};
   };
-  const std::vector<std::string> parts = split(text);
+  const std::vector<std::string> parts = split_at_colons(text);
   VisibilitySetting setting{text, base};
   const auto kind = choice_of(room_visibility_words, parts[0]);
   if (!kind) throw refuse();
@@ -128,7 +119,7 @@ TransferSetting parse_transfer(const std::string& text, const RoomTransferOption
     return {"--basis", "'" + text + "' is no way to transfer light",
             "write BASIS:RANK and what follows it, as in transport:20:patterns=30 or paper:10:no-mean"};
   };
-  const std::vector<std::string> parts = split(text);
+  const std::vector<std::string> parts = split_at_colons(text);
   TransferSetting setting{.text = text, .options = base};
   const auto basis = choice_of(light_basis_words, parts[0]);
   const auto rank = parts.size() > 1 ? Part::number_of<std::size_t>(parts[1], 1, most_rank) : std::nullopt;

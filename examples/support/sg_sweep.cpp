@@ -26,16 +26,6 @@ struct Row {
   ImageErrors errors{};
 };
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text)
-    if (c == ':')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  return parts;
-}
-
 [[noreturn]] void refuse(const std::string& text) {
   throw InputError("--settings", "'" + text + "' is no way to relight",
                    "write PLACEMENT:CONES:VISIBILITY, as in cut:7:voxels");
@@ -82,7 +72,7 @@ void apply(const std::string& setting, const std::string& word, SgSystemOptions&
 
 SgSystemOptions options_of(const SgSystemOptions& base, const std::string& setting) {
   SgSystemOptions o = base;
-  const std::vector<std::string> parts = split(setting);
+  const std::vector<std::string> parts = split_at_colons(setting);
   if (parts.size() < 3) refuse(setting);
   const auto placement = choice_of(placement_words, parts[0]);
   const auto visibility = choice_of(cone_visibility_words, parts[2]);

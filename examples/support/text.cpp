@@ -16,4 +16,14 @@ std::string formatted(const char* format, ...) {
   return text;
 }
 
+std::vector<std::string> split_at_colons(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == ':')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
+}
+
 }  // namespace coppice::program

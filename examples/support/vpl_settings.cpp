@@ -1,19 +1,10 @@
 #include <coppice/core/error.hpp>
+#include <support/text.hpp>
 #include <support/vpl_settings.hpp>
 
 namespace coppice::program {
 
 namespace {
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text)
-    if (c == ':')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  return parts;
-}
 
 float number(const std::string& option, const std::string& text) {
   try {
@@ -28,7 +19,7 @@ float number(const std::string& option, const std::string& text) {
 }  // namespace
 
 GatherSetting parse_gather(const std::string& text) {
-  std::vector<std::string> parts = split(text);
+  std::vector<std::string> parts = split_at_colons(text);
   GatherSetting s{.name = text};
   const auto take = [&](const std::string& word) { return std::erase(parts, word) > 0; };
   if (take("kd")) s.tree.clustering = VplClustering::kd;
@@ -54,7 +45,7 @@ GatherSetting parse_gather(const std::string& text) {
 }
 
 AdaptiveOptions parse_pixels(const std::string& text, float diagonal) {
-  const std::vector<std::string> parts = split(text);
+  const std::vector<std::string> parts = split_at_colons(text);
   if (parts.size() != 2)
     throw InputError("--pixels", "'" + text + "' is not KIND:VALUE", "write relative:0.07");
   const float value = number("--pixels", parts[1]);
